@@ -1,6 +1,6 @@
-"""How a collapse state is found: procedures, each a generator of iterations.
+"""Find collapse states by procedures, each a generator of iterations.
 
-The associative program, the fictitious conditions of F. Portioli, C. Casapulla, L. Cascini (2015),
+The procedures are the associative program, the fictitious conditions of F. Portioli, C. Casapulla, L. Cascini (2015),
 doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Feng (1998).
 """
 

@@ -1,4 +1,4 @@
-"""Steps of a pushover that are tried from a state: where its motion leads, and what comes of it there."""
+"""Try the next step of a pushover from a known state."""
 
 from dataclasses import replace
 
@@ -18,41 +18,44 @@ from blockstruct.procedures.pushover_state import Found, State, friction_of
 
 Array = NDArray[np.float64]
 
-#: How far the way of a step may be from the one that is wanted, as a ratio, before it is solved again; and attempts.
+#: Ratio of a step's length to the wanted length above which the step is solved again; most attempts.
 MISSED, LENGTHS = 1.5, 3
-#: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
-#: first of them; what is left of that way; and the least step to one, as a share of one that divides the curve evenly.
+#: Work of forces across closing gaps, relative to all work of the step, above which the step stops at the first gap.
+#: Share of the way that stays open before that gap. Shortest such step, relative to an even division of the curve.
 REACHING, BEFORE, CLOSEST = 1e-3, 1e-3, 1 / 4096
-#: Least reach of contacts, in mean block sizes; reach in multiples of the last motion; and, in mean block sizes again,
-#: where nothing is found with it. Measured where hinges of arches leap: voussoirs go back by up to 0.07, and rest.
+#: Least reach of contact detection, in mean block sizes. Reach in multiples of the last motion. Second reach, in mean
+#: block sizes, if the first finds nothing. Measured at hinges of arches that jump: voussoirs move back by up to 0.07,
+#: and rest.
 NEAREST, REACH, WIDE = 0.05, 2.0, 0.2
-#: Difference of load factors, relative to that at collapse, up to which what is found with those is on the same curve.
+#: Difference of load factors, relative to the collapse load factor, up to which a state found with the second reach
+#: lies on the same curve.
 LIKE = 0.1
-#: Rate of the dead load's work, but for what ties take up, from which blocks fall, in multiples of that of the variable
-#: load or of friction at collapse; and from which they do where no load factor is left. Measured where units drop a
-#: little way until they meet others: up to 5.
+#: Blocks fall above this work rate of the dead load, less the part that ties take up. Unit: the larger work rate of
+#: variable load and friction at collapse. The second value applies without a positive load factor. Measured with units
+#: that drop a short way onto others: up to 5.
 FALLING, FALLING_AT_ZERO = 10.0, 3.0
-#: Way of the fastest block, in mean block sizes, up to which blocks that drop on, or do little work by it, may.
+#: Largest way of the fastest block, in mean block sizes, in a step after which dropping blocks count as settled.
 SETTLES = 0.1
-#: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
+#: Rise of the dead load's work rate, in the same unit, above which blocks drop.
 DROPS = 0.1
-#: Difference of load factors, relative to that at collapse, with which a step that has a drop alone tells of a drop.
+#: Change of the load factor, relative to the collapse load factor, up to which a step with a drop alone shows a drop.
 STEADY = 0.05
-#: Work of a step, relative to that at the collapse load, to which what it misses is relative where there is less.
+#: Least work that errors of a step are relative to, in multiples of the work at the collapse load.
 LEAST_WORK = 0.05
-#: Work of friction at collapse, relative to that of the push, up to which blocks rock. What is stopped early has some.
+#: Work of friction at collapse, relative to the work of the push, up to which blocks rock. Solutions that stop early
+#: contain some friction work.
 ROCKS = 0.05
 
 
 class Attempts:
-    """What may come next on a curve; nothing of it is kept but by :meth:`taken`."""
+    """Try continuations of a curve; only :meth:`taken` keeps a state."""
 
     def __init__(
         self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings, solver: Solver
     ) -> None:
         self.problem = problem
         self.load_factor = abs(collapse.load_factor)
-        # Down a slope that hardly holds it the push drives little of what friction takes.
+        # Near the friction angle, gravity does most of the work against friction.
         friction = friction_of(problem.at_rest, collapse)
         self.driving = max(self.load_factor, friction)
         self._rocks = friction <= ROCKS * self.load_factor
@@ -66,18 +69,24 @@ class Attempts:
         self.last: State | None = None
 
     def taken(self, state: State, step: FiniteStep) -> None:
-        """A state, as it is kept, is the last one."""
+        """Keep a state as the last one."""
         self.pace.taken(state)
         self._before, self.last = self.last, state
         self._carried = Carried.of_step(self.problem, step), (step.body_failures, step.body_waits)
         self.go_on()
 
     def go_on(self) -> None:
-        """Begin the next step, whatever was tried since: the forces of no other state act there."""
+        """Begin the next step from the last kept state.
+
+        Forces of attempts made since then have no influence.
+        """
         self.stepper.go_on(*self._carried)
 
     def begun(self, rest: Placement, collapse: Iteration) -> Found | None:
-        """The collapse state, found anew where corners are rounded and contacts not where the model has them."""
+        """Find the collapse state again for the contacts of the pushover.
+
+        These contacts differ from the model's if corners are rounded or faces overlap beyond interfaces.
+        """
         moved = self.problem.at(rest, self._nearest, self.problem.lengths(rest))
         twist = moved.twist(collapse.u)
         time = self.pace.time(moved.placement, twist)
@@ -86,18 +95,21 @@ class Attempts:
         return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
 
     def after(self, state: State, time: float) -> MovedProblem:
-        """The problem where the blocks of a state are after a time, with contacts within the reach of that motion."""
+        """Return the problem after a state's motion has lasted a time.
+
+        Contact detection reaches as far as that motion can close a gap.
+        """
         reach = max(self._nearest, REACH * self._closing(state.twist) * time)
         placement = state.placement.moved(state.twist * time)
         return self.problem.at(placement, reach, state.longest, state.tightened(self.problem.lengths(placement)))
 
     def reached(self, moved: MovedProblem, before: State) -> Found | None:
-        """A step from where the motion of a state leads to.
+        """Solve a step from the placement that a state's motion leads to.
 
-        Where no forces carry the dead load with the contacts near by, those further away that what drops there comes to
-        rest on are looked for, if the curve goes on with them.
+        If nearby contacts cannot carry the dead load, search a second time with a wider reach. Blocks that drop may
+        come to rest on these contacts. The result counts only if its load factor lies on the same curve.
         """
-        # What dropped has met others: the push goes on as it did before.
+        # Dropped blocks have met others, so the motion before the drop continues.
         going = self._before if before.dropped and self._before is not None else before
         carried = going.carried(moved.placement)
         found = self.solved(moved, carried)
@@ -110,7 +122,10 @@ class Attempts:
         return found and found.after(before)
 
     def alone(self, state: State, moved: MovedProblem, time: float, alpha: float) -> Found | None:
-        """A step for a time in which only what drops moves, and in which little else tells of the load factor."""
+        """Solve a step for a time in which only dropping blocks move.
+
+        Return None if the load factor changes by more than :data:`STEADY`.
+        """
         self.go_on()
         solution = self.stepper.solve(moved, self._question(moved, time, state.carried(moved.placement)))
         if solution is None or not solution.holds or abs(solution.load_factor - alpha) > STEADY * self.load_factor:
@@ -119,12 +134,15 @@ class Attempts:
         return replace(found, state=replace(found.state, dropped=True)).after(state)
 
     def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
-        """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
+        """Solve a step of the wanted length from a placement.
+
+        The length limits the way of the control point and of the fastest block.
+        """
         placement = moved.placement
         time, last = self.pace.time(placement, twist), twist
         shortest = CLOSEST * self.pace.even / self.pace.way(placement) * time
         found: Found | None = None
-        # Work that the dead load did before is none of what drops.
+        # The work rate of the dead load in the last step is no sign of a drop.
         fell = 0.0 if self.last is None or self.last.dropped else self.last.falling
         longest, left = np.inf, LENGTHS
         while left > 0:
@@ -142,7 +160,7 @@ class Attempts:
             if np.isinf(longest):
                 longest = max(self._until_closed(moved, solution, last), shortest)
             if time <= longest and self._closes(moved, solution, last):
-                # The last motion does so later than this one.
+                # The last motion closes the gap later than this one.
                 longest, left = max(time / 2, shortest), max(left, 1)
             better = min(self.pace.time(placement, twist), longest)
             if 1 / MISSED < better / time < MISSED and time <= longest:
@@ -151,11 +169,14 @@ class Attempts:
         return found
 
     def _question(self, moved: MovedProblem, time: float, twist: Array) -> Question:
-        """A step for a time."""
+        """Return the step for a time."""
         return Question.of(moved, time, twist, self._least, rocks=self._rocks)
 
     def _found(self, moved: MovedProblem, solution: Solved, time: float) -> Found:
-        """The state of a solution, whose motion goes on for a time: blocks meet nothing further than contacts reach."""
+        """Return the state of a solution.
+
+        Its motion stops before blocks could meet others beyond the reach of contact detection.
+        """
         placement, displacement = moved.placement, self.problem.control.displacement(moved.placement)
         twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
         falling, yields = solution.falling, self.problem.yielding(moved.tie_force(solution.tie_force))
@@ -165,16 +186,20 @@ class Attempts:
         return Found(state, moved, solution)
 
     def _closing(self, twist: Array) -> float:
-        """Speed that no two points of blocks are faster than towards each other in a motion, twists (B, 6)."""
+        """Return an upper bound of the speed at which blocks approach.
+
+        ``twist`` has shape (B, 6).
+        """
         apart = np.linalg.norm(np.ptp(twist[:, :3], axis=0))
         turning = np.linalg.norm(twist[:, 3:], axis=1) * self._radius
         return float(apart + np.sort(turning)[-2:].sum())
 
     def _closes(self, moved: MovedProblem, solved: Solved, twist: Array) -> bool:
-        """Whether a solution pulls a tie tight, or closes a gap that the last motion closes too, and has weight there.
+        """Return whether a solution closes a tie's slack or a contact's gap.
 
-        Gaps are those near which nothing was pressed in the last state: hinges that move open by the square of the way,
-        and have their forces across that all of the time.
+        The force across the gap must do more than :data:`REACHING` of the step's work. The last motion must close the
+        gap too. Gaps near points pressed in the last state do not count. Moving hinges open with the square of the way
+        and always have forces across such gaps.
         """
         if (solved.tightening > REACHING).any():
             return True
@@ -185,9 +210,10 @@ class Attempts:
         return not carried.pressed_near(moved, NEAREST)[meets].all()
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array) -> float:
-        """Time in which the last motion closes the first gap or slack across which the solution has a force of weight.
+        """Return the time in which the last motion closes the first gap.
 
-        Forces of a step are those at its end; what closes on the way has none before.
+        The gap of a contact or the slack of a tie counts if its force does more than :data:`REACHING` of the step's
+        work. Forces of a step act at its end, and a gap has no force before it closes.
         """
         reaching, tightening = solved.reaching > REACHING, solved.tightening > REACHING
         longer = moved.problem.ties.elongation(moved.velocities(twist))
@@ -196,19 +222,25 @@ class Attempts:
         return (1 - BEFORE) * float((ways / np.maximum(rates, 1e-300)).min(initial=np.inf))
 
     def drops(self, falling: float, before: float = 0.0) -> bool:
-        """Whether blocks drop until they meet others, by the rates of the dead load's work in a step and in another."""
+        """Return whether blocks drop until they meet others.
+
+        Compare the work rates of the dead load in a step and in an earlier one.
+        """
         return falling > max(before, self.driving - self.load_factor) + DROPS * self.driving
 
     def falls(self, solved: Solved) -> bool:
-        """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""
+        """Return whether the dead load drives the motion instead of the push.
+
+        The forces then give no load factor.
+        """
         most = FALLING if solved.load_factor > 0 else FALLING_AT_ZERO
         return solved.falling > most * self.driving
 
     def settles(self, found: Found, before: State) -> bool:
-        """Whether blocks that have dropped on the way to a state drop on by little, or do little work by it.
+        """Return whether dropped blocks come to rest in a state.
 
-        Behind what happens steps are short, and on them any drop does more work than the push: what counts is the push
-        on the longest of all steps.
+        They move by little, and do little work or have just begun to drop. Steps are short after an event, and on a
+        short step any drop does more work than the push. The longest of all steps therefore gives the work of the push.
         """
         furthest = float(np.linalg.norm(found.state.twist[:, :3], axis=1).max()) * found.state.time
         near = furthest <= SETTLES * self.problem.statics.length
@@ -216,5 +248,5 @@ class Attempts:
         return (before.drops_next or little) and near and found.solved.missed <= CERTIFIED
 
     def goes_on(self, solved: Solved) -> bool:
-        """Whether the next step may begin at a state."""
+        """Return whether the next step may begin at a state."""
         return solved.missed <= CERTIFIED and not self.falls(solved)

@@ -1,4 +1,4 @@
-"""Steps of a pushover in which blocks go on as the bodies that they moved as."""
+"""Solve steps of a pushover with blocks that move as rigid bodies."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -19,27 +19,27 @@ from blockstruct.procedures.finite_step import CERTIFIED, IDLE, CountingSolver, 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Distance, in characteristic lengths, up to which a contact point inside a body is the one it was.
+#: Distance, in characteristic lengths, up to which a contact point inside a body is the same as before.
 SAME = 1e-5
-#: Gap or penetration inside a body, in characteristic lengths, that is none: what is left from when it was two.
+#: Gap or penetration inside a body, in characteristic lengths, that counts as zero.
 NO_GAP = 1e-7
-#: Most steps of all blocks before bodies are tried again, which have failed as often one after the other.
+#: Most steps of all blocks before bodies are tried again, after as many failures in a row.
 MOST_WAITS = 4
 
 
 @dataclass(frozen=True, slots=True)
 class Carried:
-    """What a state hands on to the next step: which blocks moved as one, and the forces between them.
+    """Bodies and contact forces that a state passes to the next step.
 
     Attributes
     ----------
     body : (B,) array
-        Body of each block; zero is that of the supports.
+        Body of each block; zero is the body of the supports.
     place : (2, K, 8) array
-        Of each contact point: its two blocks, the lower number first, and in the axes of either where it is, in
-        characteristic lengths, and the normal towards the second, :data:`SAME` long.
+        Of each contact point: its two blocks, the lower number first; its position in the axes of either block, in
+        characteristic lengths; and the normal towards the second block, :data:`SAME` long.
     force : (K, 3) array
-        On the second block, in the axes of the first.
+        Force on the second block, in the axes of the first.
     """
 
     body: Index
@@ -48,13 +48,16 @@ class Carried:
 
     @classmethod
     def of(cls, moved: MovedProblem, x: Array, u: Array, points: ContactPoints | None = None) -> Self:
-        """Of forces x (K, 3) at the contact points of a problem, or at others there, and velocities u (6 F,)."""
+        """Return the bodies and forces of a solution.
+
+        ``x`` (K, 3) are forces at the problem's contact points, or at ``points``. ``u`` (6 F,) are velocities.
+        """
         place, frame = _placed(moved.contacts.points if points is None else points, moved)
         return cls(bodies_of(moved, u), place, np.einsum("kij,ki->kj", frame, x))
 
     @classmethod
     def of_step(cls, problem: MovingProblem, step: FiniteStep) -> Self:
-        """Of a state that is kept."""
+        """Return the bodies and forces of a kept state."""
         placement, minus, plus = Placement.at(step.position, step.rotation), step.minus_of_contact, step.plus_of_contact
         lower, other = np.minimum(minus, plus), np.maximum(minus, plus)
         towards = np.where(minus < plus, 1.0, -1.0)[:, None]
@@ -65,10 +68,10 @@ class Carried:
         return cls(step.body, place, own * on_other)
 
     def recalled(self, moved: MovedProblem, question: Question) -> Question:
-        """A step that remembers these forces at the contact points that were there, and none at new ones.
+        """Return a step that remembers these forces at its contact points.
 
-        Those of blocks that slide are where they were on one of the two. Points that parts of one face have in the same
-        place share their forces.
+        New contact points remember no force. Points of sliding blocks match if they keep their place on one of the two
+        blocks. Points at the same place on parts of one face share their forces.
         """
         place, frame = _placed(moved.contacts.points, moved)
         now, before = self._near(place, SAME)
@@ -78,7 +81,10 @@ class Carried:
         return replace(question, rubbing=force)
 
     def pressed_near(self, moved: MovedProblem, distance: float) -> NDArray[np.bool_]:
-        """Contact points (K,) that have a force of the same two blocks within a distance, in characteristic lengths."""
+        """Return the contact points (K,) near a loaded point of the same blocks.
+
+        The distance is in characteristic lengths.
+        """
         place, _ = _placed(moved.contacts.points, moved)
         now, before = self._near(place, distance)
         force = np.linalg.norm(self.force, axis=1)
@@ -88,7 +94,10 @@ class Carried:
         return found
 
     def _near(self, place: Array, distance: float) -> tuple[Index, Index]:
-        """Places (2, K, 8) and those of these forces that are within a distance of each other on one of two blocks."""
+        """Return pairs of new and carried points that are near each other.
+
+        Points ``place`` (2, K, 8) match if they are within a distance on one of their two blocks.
+        """
         # Loaded here: scipy.spatial is slow to import.
         from scipy.spatial import KDTree
 
@@ -101,29 +110,32 @@ class Carried:
 
 
 class Stepper:
-    """One step after the other: of bodies while they go on as such, and of all blocks where they do not."""
+    """Solve successive steps, of bodies if possible, else of all blocks."""
 
     def __init__(self, settings: ProcedureSettings, solver: Solver) -> None:
         self._settings, self.solver = settings, CountingSolver(solver)
-        #: What the next step begins with: of the state, and then of what was tried since.
+        #: Bodies and forces that the next step begins with: from the kept state, then from later attempts.
         self.carried: Carried | None = None
-        #: Steps of bodies that failed one after the other, and solutions before bodies are tried again.
+        #: Number of failures of body steps in a row, and solutions before bodies are tried again.
         self.waiting = 0, 0
 
     def begin(
         self, moved: MovedProblem, question: Question, collapse: Iteration, points: ContactPoints
     ) -> Solved | None:
-        """A collapse state as the first one; None if contacts are found elsewhere than where it has them."""
+        """Return the collapse state as the first state of the curve.
+
+        Return None if contact detection finds other contacts than the collapse state has.
+        """
         x = Carried.of(moved, collapse.x, collapse.u, points).recalled(moved, question).rubbing
         found = question.state(collapse.load_factor, x, collapse.u, collapse.tie_force, self._settings)
         return found if found.holds else None
 
     def go_on(self, carried: Carried | None, waiting: tuple[int, int]) -> None:
-        """Begin the next step with what a state hands on, whatever was tried since."""
+        """Begin the next step with the data of a kept state."""
         self.carried, self.waiting = carried, waiting
 
     def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
-        """A step; None if there is no state."""
+        """Solve a step; return None if there is no state."""
         found = None
         failed, waits = self.waiting
         if self.carried is not None:
@@ -144,19 +156,19 @@ class Stepper:
 def solve_as_bodies(
     moved: MovedProblem, question: Question, body: Index, settings: ProcedureSettings, solver: CountingSolver
 ) -> Solved | None:
-    """A step of bodies, and the forces inside them.
+    """Solve a step of bodies, then find the forces inside the bodies.
 
-    The bodies of a state go on as such for as long as forces inside them are found that their joints carry. Their
-    equilibrium, with that of the bodies, is that of all blocks; so is the flow rule, as nothing moves inside a body.
-    The certificate is that of all blocks.
+    The bodies of a state remain if their joints can carry the forces inside them. Equilibrium of the bodies and inside
+    the bodies is equilibrium of all blocks. The flow rule also holds for all blocks, because nothing moves inside a
+    body. The certificate covers all blocks.
 
     Returns
     -------
     Solved or None
-        None if it does not hold: the step is then one of all blocks.
+        None if the result does not hold. The caller then solves the step of all blocks.
     """
     own = np.unique(body[moved.free])
-    # Blocks that each go their own way, and a structure at rest, are no bodies.
+    # Blocks that all move separately, and a structure at rest, form no bodies.
     if not own.any() or len(own) == len(moved.free):
         return None
     problem, bodies = moved.problem, Bodies.of(moved, body)
@@ -180,7 +192,10 @@ def solve_as_bodies(
 
 
 def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:
-    """Where contact points are (2, K, 8), and their frames (K, 3, 3), as :class:`Carried` has them."""
+    """Return positions (2, K, 8) and frames (K, 3, 3) of contact points.
+
+    The format is the one of :class:`Carried`.
+    """
     lower, other = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
     frame = points.frame[points.interface]
     frame = np.where((points.minus > points.plus)[:, None, None], -frame, frame)
@@ -189,10 +204,11 @@ def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:
 
 
 def _places(lower: Index, other: Index, position: Array, normal: Array, placement: Placement, length: float) -> Array:
-    """Where points (K, 3) with normals (K, 3) towards the other block are (2, K, 8), as :class:`Carried` has them.
+    """Return positions (2, K, 8) of contact points on both blocks.
 
-    Normals are made so short that only those 60 degrees apart and more are not the same: in an inner corner two blocks
-    touch at one point in two directions.
+    ``position`` and ``normal`` have shape (K, 3); normals point towards the other block. The format is the one of
+    :class:`Carried`. Normals are so short that only directions at least 60 degrees apart differ. In an inner corner two
+    blocks touch at one point in two directions.
     """
     found = []
     for block in (lower, other):

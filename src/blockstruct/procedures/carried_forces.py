@@ -1,4 +1,4 @@
-"""Forces near those of a state before: in equilibrium with other loads, and inside the cones of friction."""
+"""Correct given forces to equilibrium inside the cones of friction."""
 
 from dataclasses import dataclass
 
@@ -10,38 +10,40 @@ from blockstruct.solvers.interior_point.cones import ConeVector
 
 Array = NDArray[np.float64]
 
-#: Normal force below which a contact point carries nothing that could be corrected.
+#: Normal force below which a contact point is unloaded and gets no correction.
 NO_FORCE = 1e-7
-#: Residual of equilibrium that is good enough, and one that is rounding; and corrections.
+#: Residual of equilibrium that is accepted; residual at the level of rounding; most corrections.
 BALANCED, EXACT, CORRECTIONS = 1e-6, 1e-8, 8
-#: Least friction of a contact point, which keeps its cone from being a line; share of it that forces begin within.
+#: Least friction of a contact point, which keeps its cone from being a line; share of friction at the start.
 LEAST_FRICTION, INSIDE = 1e-9, 1 - 1e-6
-#: Short corrections running that are the last. Measured on 1,596 blocks: after three of them the fourth went on.
+#: Number of short corrections in a row that ends the loop. Measured on 1,596 blocks: after three, the fourth was long.
 STUCK = 5
-#: Share of the way to the boundary of the cones.
+#: Share of the way to the boundary of the cones that a correction takes.
 SHORT = 0.9
-#: Relative addition to the diagonal of what is factorised: nothing holds the rigid motions of bodies, nor a mechanism.
+#: Relative addition to the diagonal before factorisation. Rigid motions of bodies and mechanisms have no stiffness.
 REGULARISATION = 1e-10
 #: Relative residual of conjugate gradients, and their most iterations.
 REFINED, REFINEMENTS = 1e-10, 30
 
 
 def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Array) -> Array | None:
-    """Forces in equilibrium inside the cones of friction, near those before.
+    """Find forces near given ones, in equilibrium and within friction.
 
     Parameters
     ----------
     A : (6 F, 3 K) sparse array
+        Equilibrium matrix.
     friction : (K,) array
+        Friction coefficients.
     before : (K, 3) array
         Forces to begin with.
     wanted : (6 F,) array
-        ``A x``.
+        Required ``A x``.
 
     Returns
     -------
     (K, 3) array or None
-        None if they are not found, which does not say that there are none.
+        None if the corrections do not find such forces. They may exist all the same.
     """
     carries = before[:, 0] > NO_FORCE
     mu = np.maximum(friction[carries], LEAST_FRICTION)
@@ -56,7 +58,7 @@ def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Arra
 
 
 def within(x: Array, mu: Array, share: float) -> Array:
-    """Forces (K, 3) with friction of at most a share of ``μ n``."""
+    """Limit the friction of forces (K, 3) to a share of ``μ n``."""
     inside, size = x.copy(), np.linalg.norm(x[:, 1:], axis=1)
     inside[:, 1:] *= np.minimum(share * mu * x[:, 0] / np.maximum(size, 1e-300), 1.0)[:, None]
     return inside
@@ -64,20 +66,22 @@ def within(x: Array, mu: Array, share: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """What forces are for: those of a mechanism under a load that is to be found, with little of a linear cost.
+    """Load and cost of the forces sought for a mechanism.
+
+    The load factor is unknown, and a linear cost of the forces must become small.
 
     Attributes
     ----------
     load : (6 F,) array
         ``w_L``.
     alpha, free : float
-        Load factor to begin with, and the change of it that is as large as doubling one force.
+        Load factor to begin with, and the change of the load factor that counts as much as doubling one force.
     cost : (K, 3) array
-        Of forces at the contact points; none inside the cones lowers it below zero.
+        Cost of forces at the contact points. Forces inside the cones have no negative cost.
     enough : float
-        Cost that is little. Corrections go on below it for as long as each takes off half of what is left.
+        Cost that is small enough. Below it, corrections continue only while each halves the cost.
     nowhere : float
-        Corrections that go no further than this share of their way, several running, are the last.
+        Share of a correction below which the correction is short. Several short corrections in a row end the loop.
     """
 
     load: Array
@@ -91,29 +95,31 @@ class Aim:
 def corrected_forces(
     A: sp.csc_array, mu: Array, x: Array, wanted: Array, *, corrections: int, aim: Aim | None = None
 ) -> tuple[Array, float, int] | None:
-    """Forces and load factor with ``A x + α w_L = wanted`` inside the cones of friction.
+    """Find forces and load factor with ``A x + α w_L = wanted``.
 
-    Each correction is the least in the metric of the cones' barrier at the forces as they are, so that what is small
-    changes little; in equilibrium, the next ones go down with the cost, the steepest way in that metric (I. I. Dikin,
-    1967).
+    Forces stay inside the cones of friction. Each correction is the smallest in the metric of the cones' barrier at the
+    current forces, so that small forces change little. Once forces are in equilibrium, corrections reduce the cost by
+    steepest descent in that metric (I. I. Dikin, 1967).
 
     Parameters
     ----------
     A : (6 F, 3 K) sparse array
+        Equilibrium matrix.
     mu : (K,) array
         Friction coefficients above zero.
     x : (K, 3) array
         Forces to begin with, inside the cones.
     wanted : (6 F,) array
+        Required sum.
     corrections
-        Most of them.
+        Largest number of corrections.
     aim
-        Of the forces, if they are those of a mechanism.
+        Load and cost, if the forces belong to a mechanism.
 
     Returns
     -------
     (K, 3) array, float, int or None
-        Forces, load factor and factorisations; None if none are found in equilibrium.
+        Forces, load factor and number of factorisations. None if the forces do not reach equilibrium.
     """
     B = sp.csr_array(A)
     BT = sp.csr_array(B.T)
@@ -126,7 +132,7 @@ def corrected_forces(
     for count in range(corrections + 1):
         missed = wanted - B @ x.ravel() - (0.0 if aim is None else alpha * aim.load)
         last, residual = residual, float(np.abs(missed).max(initial=0.0))
-        # Whole corrections come down to rounding, a few digits each.
+        # Full corrections reduce the residual to rounding, by a few digits each.
         balanced = residual < EXACT or (share == 1.0 and residual > last / 10)
         if balanced and aim is not None:
             higher, cost = cost, float((aim.cost * x).sum())
@@ -142,7 +148,7 @@ def corrected_forces(
         reach = SHORT * _cones(x, mu).longest_step(_cones(change, mu))
         share = reach if balanced else min(1.0, reach)
         if share == np.inf:
-            # Nothing lowers the cost.
+            # No direction lowers the cost.
             break
         x = x + share * change
         if aim is not None:
@@ -151,14 +157,17 @@ def corrected_forces(
 
 
 def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:
-    """Solution of ``(M + w wᵀ) p = missed``, up to motions that M does not resist if there is no load."""
+    """Solve ``(M + w wᵀ) p = missed``.
+
+    Without a load, motions that M does not resist remain undetermined.
+    """
     n = len(missed)
     M = sp.csc_array(stiffness + REGULARISATION * stiffness.diagonal().max() * sp.eye_array(n))
     lu = sp.linalg.splu(M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
     if not load.any():
         push = lu.solve(missed)
         return np.asarray(push + lu.solve(missed - M @ push))
-    # Nothing but the load resists a mechanism: conjugate gradients take the addition to the diagonal off again.
+    # Only the load resists a mechanism. Conjugate gradients remove the effect of the addition to the diagonal.
     push, _ = sp.linalg.cg(
         sp.linalg.LinearOperator((n, n), matvec=lambda p: stiffness @ p + load * (load @ p)),
         missed,
@@ -170,7 +179,7 @@ def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:
 
 
 def _metric(x: Array, mu: Array) -> Array:
-    """Inverse Hessians (K, 3, 3) of the barrier ``−log((μ n)² − s² − t²)``, by twice."""
+    """Return half the inverse Hessians of ``−log((μ n)² − s² − t²)``."""
     y = _cones(x, mu).soc
     determinant = y[:, 0] ** 2 - y[:, 1] ** 2 - y[:, 2] ** 2
     metric = y[:, :, None] * y[:, None, :] - determinant[:, None, None] / 2 * np.diag([1.0, -1.0, -1.0])
@@ -180,5 +189,5 @@ def _metric(x: Array, mu: Array) -> Array:
 
 
 def _cones(x: Array, mu: Array) -> ConeVector:
-    """``(μ n, s, t)`` of forces."""
+    """Return ``(μ n, s, t)`` of forces."""
     return ConeVector(np.column_stack([mu * x[:, 0], x[:, 1:]]), np.empty(0))

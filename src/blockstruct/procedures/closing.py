@@ -1,4 +1,4 @@
-"""The exact collapse state at the end of a loading path."""
+"""Find the exact collapse state at the end of a loading path."""
 
 from collections.abc import Generator
 from dataclasses import replace
@@ -21,44 +21,44 @@ from blockstruct.vocabulary import SolverStatus, Stage
 
 Array = NDArray[np.float64]
 
-#: Flow-rule gap asked of the closed state, relative to the load factor.
+#: Largest flow-rule gap of the closed state, relative to the load factor.
 CLOSED = 1e-4
-#: Tolerances asked of the solver. Measured on walls of 820 blocks: asked for 1e-9, its programs take a quarter more
-#: iterations, and the load factor and its gap are the same in five digits.
+#: Solver tolerances for the mechanism and for the forces. Measured on walls of 820 blocks: with 1e-9, programs take a
+#: quarter more iterations. The load factor and its gap agree in five digits.
 MECHANISM, FORCES = 1e-6, 1e-8
-#: Of the loop for the mechanism: complementarity gap to begin with, in multiples of the load factor, and its most
-#: factorisations. Measured: begun at a tenth of it, 2,430 blocks are not solved.
+#: Interior-point loop for the mechanism: first complementarity gap, in multiples of the load factor, and most
+#: factorisations. Measured: from a tenth of this gap, 2,430 blocks are not solved.
 WIDE, MOST = 1.0, 40
-#: Opening and sliding that count as such, relative to the fastest contact point.
+#: Opening and sliding that count as motion, relative to the fastest contact point.
 MOVES = 1e-4
-#: Least normal force of a closed contact to begin with, in multiples of the mean; friction where nothing slides, as a
-#: share of its most; and what it misses of that where something does.
+#: Least normal force of a closed contact at the start, in multiples of the mean. Share of the friction limit at
+#: contacts that do not slide. Distance from the limit, as a share, at contacts that slide.
 PRESSED, HELD, SLIDING = 0.3, 0.5, 3e-5
-#: Corrections of forces, the share of its way below which one leads nowhere, and the flow-rule gap that they end at,
-#: in multiples of the one asked for.
+#: Most corrections of forces. Share of a correction below which it counts as short. Flow-rule gap that ends the
+#: corrections, in multiples of the required gap.
 CORRECTIONS, NOWHERE, ENOUGH = 30, 0.05, 0.9
-#: Change of the load factor that costs as much as doubling the force at a contact, relative.
+#: Relative change of the load factor that costs as much as doubling the force at a contact.
 FREE = 1e-4
 
 
 def close_path(
     path: Path, near: Array, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
-    """Exact collapse state near the last step of a path and near forces (K, 3), if its certificate holds.
+    """Find the exact collapse state near the last step of a path.
 
-    The mechanism of the largest load with friction frozen at ``μ n`` of these forces, and forces that miss its flow
-    rule least. Both are conic programs, and both are first tried from the state of the path, for a fraction of
-    their time.
+    The search starts near forces (K, 3). The mechanism belongs to the largest load with friction frozen at ``μ n`` of
+    these forces. The forces then miss the flow rule of this mechanism least. Both follow from conic programs. A loop
+    from the path's state is tried first, because it needs a fraction of their time.
 
     Yields
     ------
     Iteration
-        The mechanism, and its forces.
+        The mechanism, then its forces.
 
     Returns
     -------
     Iteration
-        The last of them.
+        The last yielded iteration, whose certificate may or may not hold.
     """
     program, numerics = path.program, settings.numerics
     of_mechanism, of_forces = (
@@ -80,9 +80,12 @@ def close_path(
 
 
 def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
-    """The mechanism by the interior-point loop from the last step, None if the loop does not find it."""
+    """Find the mechanism by the interior-point loop from the last step.
+
+    Return None if the loop does not find the mechanism.
+    """
     if path.program.problem.never_slides.any():
-        # Without compliance nothing in the loop limits their shear forces.
+        # Without compliance, nothing in the loop limits the shear forces of joints that never slide.
         return None
     start, contact = perf_counter(), path.contact.rigid(caps)
     nothing = np.zeros(contact.conditions.size)
@@ -102,9 +105,10 @@ def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
 
 
 def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: ProcedureSettings) -> Iteration | None:
-    """Forces of a mechanism near others (K, 3), None if none are found that miss its flow rule by little.
+    """Find forces of a mechanism near given forces (K, 3).
 
-    They carry nothing where the mechanism opens, and rub against it where it slides.
+    The forces are zero at opening contacts and oppose sliding at sliding contacts. Return None if no such forces
+    satisfy the flow rule closely enough.
     """
     start, problem = perf_counter(), path.program.problem
     if not problem.is_plain:
