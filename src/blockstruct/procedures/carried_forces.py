@@ -179,7 +179,10 @@ def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:
 
 
 def _metric(x: Array, mu: Array) -> Array:
-    """Return half the inverse Hessians of ``−log((μ n)² − s² − t²)``."""
+    """Return the inverse Hessians (K, 3, 3) of the cones' barrier.
+
+    The barrier is ``−log((μ n)² − s² − t²)``.
+    """
     y = _cones(x, mu).soc
     determinant = y[:, 0] ** 2 - y[:, 1] ** 2 - y[:, 2] ** 2
     metric = y[:, :, None] * y[:, None, :] - determinant[:, None, None] / 2 * np.diag([1.0, -1.0, -1.0])

@@ -1,4 +1,4 @@
-"""The dead-load program: can the structure stand at all."""
+"""Test whether the structure stands under its dead load."""
 
 from collections.abc import Generator
 from dataclasses import replace
@@ -16,23 +16,24 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Reason, Stage, Status
 
-#: Share of the dead load that is none.
+#: Share of the dead load that counts as zero.
 NOTHING = 1e-6
 
 
 def dead_load_program(
     problem: LimitProblem, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Outcome | NDArray[np.float64]]:
-    """Find the share ρ ≤ 1 of the dead load that the joints can carry alone.
+    """Find the share ρ ≤ 1 of the dead load that the joints carry.
 
-    Maximises ρ subject to ``A x + ρ w_D = 0`` and the true conditions. That program always has a solution, so
-    either answer comes with a proof: forces in equilibrium with the whole dead load, or a mechanism by which it
-    falls, of which there are many where the share is none: then the one in which it begins to.
+    Maximises ρ subject to ``A x + ρ w_D = 0`` and the true conditions. This program always has a solution, so either
+    answer has a proof. Forces in equilibrium with the whole dead load prove that the structure stands. A mechanism that
+    releases work of the dead load proves that it falls. For a share of zero there are many such mechanisms. The last
+    program then finds the mechanism in which the structure begins to fall.
 
     Yields
     ------
     Iteration
-        The program, if the structure is not shown to stand. Its load factor is NaN.
+        The program, unless the structure is proved to stand. Its load factor is NaN.
 
     Returns
     -------
@@ -42,7 +43,7 @@ def dead_load_program(
     if not problem.w_D.any():
         return np.zeros(problem.n_points)
     own = replace(problem.dead_load_alone, dilatancy=problem.friction)
-    # Crushing enters exactly, whatever the settings: one program has no iterate to linearise about.
+    # Crushing enters exactly, whatever the settings: a single program has no iterate to linearise about.
     program, sliding = ConicProgram(own, replace(settings, crushing="conic")), true_sliding(own)
     step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, max_load_factor=1.0)
     share, proof = step.load_factor, step.certificate
@@ -53,16 +54,16 @@ def dead_load_program(
         step = _as_it_falls(own, step, settings, solver)
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if proof.holds and not whole:
-        # Less than a solver's tolerance is nothing.
+        # A share below the solver's tolerance is zero.
         return Outcome(Status.UNSTABLE, np.nan, Reason.DEAD_LOAD_NOT_CARRIED, carried=round(max(share, 0.0), 6))
     return given_up(problem, Reason.DEAD_LOAD_UNDECIDED)
 
 
 def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
-    """The same without forces, with the mechanism in which the structure begins to fall.
+    """Return the mechanism in which the structure begins to fall.
 
-    Where the joints carry no share of the dead load, as dry ones that do not carry all of it, any mechanism proves it
-    in which what falls does more work than what it lifts, and a solver gives one in which all blocks move.
+    Its forces are zero. If joints carry no share of the dead load, any mechanism that releases work proves collapse. A
+    solver then returns a mechanism in which all blocks move.
     """
     program = _LeastConstraint(_without_limits(own), settings)
     _, _, u = program.unpack(solver.solve(program, program.at_rest(), settings.numerics.solver_tolerance))
@@ -76,9 +77,10 @@ def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings
 
 
 def _without_limits(own: LimitProblem) -> LimitProblem:
-    """The same under its whole dead load, with joints that do not crush and ties that do not yield.
+    """Return the problem with all strengths of joints and ties infinite.
 
-    Without a load nothing does, and a mechanism in which it did would be none of no load.
+    The whole dead load acts. Strengths play no part without load. A mechanism in which they did would not belong to
+    zero load.
     """
     ties = own.ties.at(1.0)
     return replace(
@@ -92,11 +94,12 @@ def _without_limits(own: LimitProblem) -> LimitProblem:
 
 
 class _LeastConstraint(ConicProgram):
-    """Minimise ``Σ W_b ‖r_b‖²`` of the wrenches r that are left of the dead load: Gauss's principle for blocks at rest.
+    """Minimise ``Σ W_b ‖r_b‖²`` of the unbalanced wrenches r.
 
-    ``r = A x + Σ a_j T_j + w_D``, for each block in multiples of its own dead wrench, so that ``W_b r_b`` are its first
-    velocities, with the inertia of a ball of the characteristic length. What stands by itself has none. The program has
-    the variables r and q behind its own, and ``r_i² ≤ q_i`` in cones behind its own.
+    This is Gauss's principle of least constraint for blocks at rest. The wrench ``r = A x + Σ a_j T_j + w_D`` of each
+    block is in multiples of the block's dead wrench. So ``W_b r_b`` are its first velocities, with the inertia of a
+    ball of the characteristic length. The wrench is zero for blocks that stand. The variables r and q follow the
+    program's other variables, and the cones ``r_i² ≤ q_i`` follow its other cones.
     """
 
     def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
@@ -116,7 +119,7 @@ class _LeastConstraint(ConicProgram):
         self.cones += n
 
     def at_rest(self) -> ProgramData:
-        """Values of the program, whose variable load is left out."""
+        """Return the program's data without the variable load."""
         weight = self.problem.wrench_unit
         data = self.data(true_sliding(self.problem), max_load_factor=0.0, loaded=False)
         data.q[-self.zero_rows :] = self.total * np.repeat(weight / weight.max(), 6)

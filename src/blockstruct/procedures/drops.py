@@ -1,4 +1,4 @@
-"""Where blocks drop in a pushover: nothing holds them any more, until they meet others."""
+"""Find where blocks drop in a pushover until they meet others."""
 
 from dataclasses import replace
 
@@ -7,22 +7,24 @@ import numpy as np
 from blockstruct.procedures.attempts import Attempts
 from blockstruct.procedures.pushover_state import Found, State
 
-#: Rise of the rate of the dead load's work, in multiples of what drives the collapse, and change of velocity, relative
-#: to the fastest, in a step on which blocks may have begun to drop.
+#: Blocks may have begun to drop above this rise of the dead load's work rate in a step, in multiples of the work rate
+#: at collapse, and this change of velocity, relative to the fastest.
 BEGINS, CHANGES = 0.005, 0.07
-#: Share of a step in which what drops is alone; the least rise in it, in multiples of that of the whole step, if blocks
-#: do; the least rise elsewhere on the way, in multiples of that one, if they do there as well; and halvings of the way.
+#: Length of a trial step with the drop alone, as a share of a step. Least rise in the trial step, in multiples of the
+#: rise in the whole step, that proves a drop. Least rise at an earlier point, in multiples of the rise in the trial
+#: step, that proves a drop there. Halvings of the way.
 SHORT, ALONE, AS_FAR, HALVINGS = 1 / 32, 4.0, 0.2, 4
-#: Way, in mean block sizes, beyond that of the motion before, up to which none drops: blocks that turn in a step close
-#: gaps behind it, as they push penetrations out, and those are of its square.
+#: Way, in mean block sizes, beyond the last motion up to which no block drops. Penetrations push turning blocks apart
+#: after a step, and closing these gaps takes a way of second order in its length.
 NO_DROP = 2e-3
 
 
 def drop_on(tried: Attempts, state: State, following: Found, time: float) -> Found | None:
-    """The state just before blocks drop on a step, or the drop itself where they do at once; None if none do.
+    """Find the state just before blocks drop, or the drop itself.
 
-    What the push drives goes with its step. What drops until it meets others goes all of that way in a step
-    however short; on a step as long as others it would seem to hold for so long.
+    Return the drop if blocks drop at once, and None if no block drops in the step. The work of the push is proportional
+    to the step's length. Blocks that drop go all of their way in a step of any length. In a long step they would seem
+    to drop for as much time.
     """
     short, alpha = SHORT * following.state.time, following.solved.load_factor
     if state.drops_next:
@@ -53,7 +55,7 @@ def drop_on(tried: Attempts, state: State, following: Found, time: float) -> Fou
         tried.go_on()
         holds = tried.reached(tried.after(state, before), state)
         if holds is not None and tried.goes_on(holds.solved):
-            # Where the drop is on its way already, that way ends with it.
+            # The way of this state ends at the point of the drop.
             left = min(holds.state.time, behind - before)
             return replace(holds, state=replace(holds.state, time=left, drops_next=True))
     return found

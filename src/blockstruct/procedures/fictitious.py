@@ -1,4 +1,4 @@
-"""The non-associative iteration with fictitious sliding conditions."""
+"""Iterate without dilatancy through fictitious sliding conditions."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from blockstruct.vocabulary import Procedure, Stage
 
 Array = NDArray[np.float64]
 
-#: Programs whose load factors are the range of the drift.
+#: Number of last programs whose load factors give the range of the drift.
 RECENT = 3
 
 
@@ -25,24 +25,26 @@ def fictitious_iteration(
     solver: Solver,
     left: int,
 ) -> Search:
-    """Gilbert, Casapulla & Ahmed (2006), in cones: Portioli, Casapulla & Cascini (2014).
+    """Find a collapse state by the iteration with fictitious conditions.
+
+    The iteration of Gilbert, Casapulla & Ahmed (2006), in cones: Portioli, Casapulla & Cascini (2014).
 
     Parameters
     ----------
     program, exact
-        The program of the steps, and that of closing states, which are found inside the exact cones of crushing.
+        The program of the steps, and the program of closing states with the exact cones of crushing.
     first
-        The associative program. Joints of more friction than :func:`limited_sliding` has start from a program of their
-        own.
+        The associative program. If joints have more friction than :func:`limited_sliding` allows, a separate program
+        starts the iteration.
     settings, solver
         Schedule and tolerances, and the solver.
     left
-        Programs it may solve.
+        Largest number of programs.
 
     Returns
     -------
     Found or None, Iteration
-        The certified state, None without one; and the last step.
+        The certified state, or None; and the last step.
     """
     linearisation = Linearisation.first(program.problem).after(program.problem, first.x[:, 0])
     if (program.problem.friction > STEEPEST).any():
@@ -83,8 +85,8 @@ def fictitious_iteration(
                 return found, closing
             cooldown = pause = 2 * pause
             if closing.solved and load_factors[-1] > load_factors[-2]:
-                # A load factor that rises comes up from below: the next step starts from forces that break no true
-                # condition. Measured: on 2,400 blocks the next attempt holds 4 steps sooner.
+                # A rising load factor approaches from below: the next step starts from forces that satisfy all true
+                # conditions. Measured: on 2,400 blocks the next attempt holds 4 steps sooner.
                 n0 = closing.x[:, 0]
         linearisation = linearisation.after(program.problem, step.x[:, 0])
         c0 = max(c0 * settings.schedule.c0_decay, settings.schedule.c0_min)
@@ -93,13 +95,13 @@ def fictitious_iteration(
 
 
 def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
-    """Forces inside the true cones that miss the flow rule of a step's mechanism least, at no higher load factor.
+    """Find true forces that miss a mechanism's flow rule least.
 
-    For given velocities the flow-rule gap is linear in the forces: up to a constant it is ``Σ s_k n_k − α`` with
-    the shift s of De Saxcé & Feng (1998). The state of a step satisfies the true conditions only in the limit of the
-    iteration; this one does at once, or shows that none is near. A hundredth of α is added to the objective: where
-    several load factors miss the flow rule equally little, the highest is taken, and not whichever the solver's path
-    leads to.
+    The load factor is at most the step's. For given velocities the flow-rule gap is linear in the forces. Up to a
+    constant, it is ``Σ s_k n_k − α`` with the shift s of De Saxcé & Feng (1998). A step satisfies the true conditions
+    only in the limit of the iteration. This state satisfies them at once, or shows that no such state is near. The
+    objective also contains a hundredth of α. If several load factors miss the flow rule equally little, it selects the
+    highest. The choice then does not depend on the solver's path.
     """
     return solve_step(
         program,
@@ -114,7 +116,10 @@ def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettin
 
 
 def _drift(load_factors: list[float], work_scale: float) -> float:
-    """Change still to come, relative to α, if the last changes go on as a geometric series."""
+    """Estimate the remaining change of the load factor, relative to α.
+
+    Assume that the last changes continue as a geometric series.
+    """
     if len(load_factors) < 3:
         return np.inf
     before, now = np.diff(load_factors[-3:])
@@ -124,10 +129,11 @@ def _drift(load_factors: list[float], work_scale: float) -> float:
 
 
 def _relaxation(beta: float, load_factors: list[float], settings: ProcedureSettings) -> float:
-    """β after a step: larger while the load factor goes one way, smaller when it turns back.
+    """Return β after a step.
 
-    Measured: a constant β of 0.6 or more lets the forces of walls of 1,500 blocks and more swing from step to step,
-    a constant 0.4 needs more steps on walls of 50.
+    β grows while the load factor changes in one direction, and falls when the direction reverses. Measured: with a
+    constant β of 0.6 or more, forces of walls of 1,500 blocks and more oscillate between steps. A constant 0.4 needs
+    more steps on walls of 50.
     """
     if len(load_factors) < 4:
         return beta

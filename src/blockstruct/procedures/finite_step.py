@@ -1,4 +1,7 @@
-"""One step of finite displacement: non-dilatant sliding by programs whose objective is shifted."""
+"""Solve one step of finite displacement with non-dilatant sliding.
+
+The programs have a shifted objective.
+"""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -19,33 +22,34 @@ from blockstruct.solvers.interior_point import ContactProblem, Step
 
 Array = NDArray[np.float64]
 
-#: Feasibility and duality gap of the programs. Measured on a block that slides: 1e-7 turns it, by 1e-7.
+#: Feasibility and duality gap of the programs. Measured on a sliding block: 1e-7 rotates it by 1e-7.
 TOLERANCE = 1e-8
-#: Flow-rule gap, relative to the work of the step, at which sliding and shift agree, and that is certified.
+#: Flow-rule gaps, relative to the work of the step: sliding and shift agree below the first, and the second is
+#: certified.
 AGREED, CERTIFIED = 2e-3, 1e-2
-#: Flow-rule gap at which forces are forces of the last motion. Rows of units that slide may go on in many ways, and
-#: with another one in every step curves end anywhere.
+#: Flow-rule gap up to which forces belong to the last motion. Rows of sliding units may continue in many ways. With a
+#: different motion in every step, curves end arbitrarily.
 GOES_ON = 1e-5
-#: Normal force, relative to the mean, from which a contact is closed; share of friction below which it sticks.
+#: Normal force, relative to the mean, from which a contact is closed; share of the friction limit below which it
+#: sticks.
 PRESSED, STICKS = 1e-3, 1 - 1e-3
-#: Of the least squares that find it.
+#: Tolerance of the least squares that find the continued motion.
 EXACT = 1e-12
-#: Work of friction, relative to that of the step, from which blocks slide, and forces are those that remember friction.
+#: Work of friction, relative to the work of the step, from which blocks slide and forces remember friction.
 RUBS = 1e-3
-#: Change of friction, relative to it, that is none.
+#: Relative change below which friction counts as unchanged.
 REMEMBERED = 1e-2
-#: Normal force, relative to the mean, with which a contact carried nothing in the last step; and share of its friction
-#: that is lost to it where blocks rock: a contact that slides faster than it did would gain by any force.
+#: Normal force, relative to the mean, up to which a contact was unloaded in the last step. Increase of its shift if
+#: blocks rock: without the increase, a contact that slides faster than before gains by any force.
 IDLE, LOSS = 1e-2, 2e-2
-#: Elastic displacement of the interior-point loop, as a share of the motion of a step; and its tolerance, and
-#: factorisations; the normal forces that it begins with, relative to those of the program before it; and a normal
-#: force that is none.
+#: Interior-point loop: elastic displacement, as a share of the motion of a step; tolerance; most factorisations; first
+#: normal forces, relative to the program before; and a normal force that counts as zero.
 TRACE, LOOP_TOLERANCE, LOOP_ITERATIONS = 2e-5, 1e-2, 80
 LOOP_FORCES, NO_FORCE = (0.7, 0.2), 1e-9
-#: Complementarity gap, relative to the work of the step, from which a loop has led nowhere. Measured on walls of 55 and
-#: 205 blocks: loops end below 0.1, and programs close them, or above 2, and none does.
+#: Complementarity gap, relative to the work of the step, above which a loop has failed. Measured on walls of 55 and 205
+#: blocks: loops end below 0.1, and programs close them, or above 2, and no program does.
 NOWHERE = 1.0
-#: Interpenetration that is certified.
+#: Largest certified interpenetration.
 PENETRATING = 5e-2
 
 
@@ -56,23 +60,26 @@ class Solved:
     Attributes
     ----------
     load_factor : float
+        Load factor α.
     x : (K, 3) array
         Contact forces.
     u : (6 F,) array
         Velocities, ``w_L·u = 1``.
     tie_force : (M,) array
+        Tie forces T.
     certificate : Certificate
+        Certificate of the state.
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
     slides : bool
-        Whether that of friction is any to speak of.
+        Whether friction does more than :data:`RUBS` of the work.
     falling : float
         Work of the dead load that ties do not take up, per unit of work of the variable load.
     reaching, tightening : (K,) and (M,) arrays
-        Share of the step's work that the force at each contact does while its gap closes, and that of each tie while
-        its slack does.
+        Share of the step's work by each contact force while its gap closes, and by each tie force while its slack
+        closes.
     missed : float
-        Flow-rule gap relative to the work of the loads and of what is dissipated.
+        Flow-rule gap relative to the work of the loads and the dissipated work.
     """
 
     load_factor: float
@@ -89,12 +96,12 @@ class Solved:
 
     @property
     def holds(self) -> bool:
-        """Whether the measures of the certificate are within the tolerances of a step."""
+        """Return whether the certificate meets the tolerances of a step."""
         return self.beyond == 0 and self.missed <= CERTIFIED
 
     @property
     def beyond(self) -> float:
-        """Zero, or infinity if forces or velocities are beyond the tolerances of a step."""
+        """Return zero within the tolerances of a step, else infinity."""
         c = self.certificate
         within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= PENETRATING
         return 0.0 if within else np.inf
@@ -102,21 +109,22 @@ class Solved:
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A step from a placement, of all blocks or of the bodies that they move as.
+    """Data of a step from a placement, of all blocks or of bodies.
 
     Attributes
     ----------
     problem : LimitProblem
+        The problem at the placement.
     gap : (K,) array
-        Of each contact point, in units of relative velocity.
+        Gap of each contact point, in units of relative velocity.
     slack : (M,) array
-        Of each tie, likewise.
+        Slack of each tie, in units of relative velocity.
     motion : (6 F,) array
         Velocities of the last motion, whose sliding gives the first shift.
     rubbing : (K, 3) array
-        Forces of the last step at the contact points that were there, of which friction is remembered.
+        Remembered forces of the last step, zero at new contact points. Only friction is remembered.
     least : float
-        Work per unit of work of the variable load to which what is missed is relative, where there is less.
+        Lower bound of the work that scales the flow-rule gap, per unit of work of the variable load.
     rocks : bool
         Whether blocks rock at collapse, and hardly slide.
     """
@@ -131,22 +139,25 @@ class Question:
 
     @classmethod
     def of(cls, moved: MovedProblem, work: float, twist: Array, least: float, *, rocks: bool) -> Self:
-        """A step in which the unit variable load does a work, J, after a motion, twists (B, 6) at 1 W."""
+        """Return a step in which the unit variable load does a work, J.
+
+        The last motion has twists (B, 6) at 1 W.
+        """
         gap, none = moved.gap(work), np.zeros((moved.problem.n_points, 3))
         return cls(moved.problem, gap, moved.slack_in(work), moved.velocities(twist), none, least, rocks)
 
     def remembers(self, x: Array) -> bool:
-        """Whether friction of forces x (K, 3) is hardly another than that of the last step."""
+        """Return whether forces x (K, 3) keep the friction of the last step."""
         change = np.linalg.norm(x[:, 1:] - self.rubbing[:, 1:])
         return bool(change <= REMEMBERED * np.linalg.norm(self.rubbing[:, 1:]))
 
     def of_bodies(self, bodies: Bodies) -> Self:
-        """The same step of bodies."""
+        """Return the same step for bodies."""
         of_points = {name: getattr(self, name)[bodies.between] for name in ("gap", "rubbing")}
         return replace(self, problem=bodies.problem, motion=bodies.of_blocks(self.motion), **of_points)
 
     def state(self, alpha: float, x: Array, u: Array, T: Array, settings: ProcedureSettings) -> Solved:
-        """What a load factor, forces and velocities are worth."""
+        """Return the state of a load factor, forces and velocities."""
         problem, gap = self.problem, self.gap
         certificate = certify(problem, x, u, alpha, settings, T, gap=gap, slack=self.slack, speed=problem.fastest(u))
         friction, of_ties = dissipated(problem, x, T, u)
@@ -168,52 +179,60 @@ class Question:
 
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> tuple[float, float]:
-    """Rates of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
+    """Return the rates of work that friction and ties dissipate.
+
+    Forces are x (K, 3) and T (M,), in a motion u (6 F,).
+    """
     v = (problem.A.T @ u).reshape(-1, 3)
     return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), float(T @ problem.ties.elongation(u))
 
 
 class CountingSolver:
-    """A solver that counts programs, and interior-point iterations, to which those of loops are added."""
+    """Count the programs and interior-point iterations of a solver.
+
+    The count of iterations includes the iterations of loops.
+    """
 
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
         self.programs = self.iterations = 0
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
-        """Solution of one program."""
+        """Solve one program."""
         solution = self._solver.solve(program, data, tolerance)
         self.programs, self.iterations = self.programs + 1, self.iterations + solution.iterations
         return solution
 
     def spent(self) -> tuple[int, int]:
-        """Programs and iterations since this was last asked, whatever they led to."""
+        """Return programs and iterations since the last call, and reset."""
         spent = self.programs, self.iterations
         self.programs = self.iterations = 0
         return spent
 
 
 def solve_finite_step(question: Question, settings: ProcedureSettings, solver: CountingSolver) -> Solved | None:
-    """Maximise ``s α − Σ (g_k + σ_k) n_k``: equilibrium now, contacts closed or open at the end of the step.
+    """Maximise ``s α − Σ (g_k + σ_k) n_k`` for one step.
 
-    With the gaps g before the step and the shift ``σ = μ ‖v_t‖`` of De Saxcé & Feng (1998), of the displacement of the
-    step itself, the program's dual says ``v_n + g ≥ 0`` and ``w_L·Δu = s``: contacts close, penetrations are pushed
-    out, and sliding does not dilate. The load factor is an unknown, so that softening is found as well. The shift is
-    that of the last motion first. Where blocks slide, a motion leaves normal forces open, and with them friction and
-    the load factor: where they are not those of the last step, the interior-point loop, which remembers friction, finds
-    them, and two programs with them the motion and the forces. So it does where sliding and shift do not agree. States
-    without memory come last: where there are several motions they take any. The last motion goes on wherever the forces
-    found are forces of it.
+    Equilibrium holds at the start of the step, and contacts are closed or open at its end. The program contains the
+    gaps g before the step. The shift ``σ = μ ‖v_t‖`` of De Saxcé & Feng (1998) belongs to the displacement of the step
+    itself. The dual of the program is then ``v_n + g ≥ 0`` and ``w_L·Δu = s``. Contacts close, penetrations are pushed
+    out, and sliding does not dilate. The load factor is an unknown, so the step also follows softening.
+
+    The first shift belongs to the last motion. If blocks slide, a motion does not determine normal forces, and so
+    neither friction nor the load factor. If friction differs from the last step, the interior-point loop, which
+    remembers friction, finds normal forces. Two programs then find the motion and the forces. The loop also runs if
+    sliding and shift do not agree. States without memory come last: among several possible motions they select any. The
+    last motion continues if the forces satisfy its flow rule.
 
     Parameters
     ----------
     question, settings, solver
-        The step, and of the case.
+        Data of the step; settings and solver of the case.
 
     Returns
     -------
     Solved or None
-        The state that misses the flow rule least; None if no program is solved, as where nothing holds a block.
+        The state that misses the flow rule least. None if no program is solved, for example if nothing holds a block.
     """
     problem = question.problem
     if not problem.n_points:
@@ -241,9 +260,10 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: C
 
 
 def _going_on(question: Question, x: Array) -> Array:
-    """The motion nearest to the last one in which contacts that forces press stay closed, and those that stick stick.
+    """Return the motion nearest to the last one that fits given forces.
 
-    Taken as it is, what the last motion misses would add up from step to step.
+    Contacts under pressure stay closed, and sticking contacts stick. Without this correction, errors of the last motion
+    would add up from step to step.
     """
     problem, motion = question.problem, question.motion
     size = np.linalg.norm(x[:, 1:], axis=1)
@@ -262,19 +282,22 @@ def _missed(found: Solved) -> float:
 
 
 def _agreed(found: list[Solved]) -> bool:
-    """Whether the motion of one of them is that of its forces."""
+    """Return whether one of the states has a motion that fits its forces."""
     return min(map(_missed, found), default=np.inf) <= AGREED
 
 
 class _Programs:
-    """The programs of one step."""
+    """Solve the programs of one step."""
 
     def __init__(self, question: Question, settings: ProcedureSettings, solver: CountingSolver) -> None:
         self._question, self._settings, self._solver = question, settings, solver
         self._program = ConicProgram(question.problem, settings)
 
     def begun(self) -> Solved | None:
-        """Forces with the shift of the last motion; of what rocks idle contacts take friction at a loss."""
+        """Find forces with the shift of the last motion.
+
+        If blocks rock, the shift of unloaded contacts is increased by :data:`LOSS`.
+        """
         question, problem = self._question, self._question.problem
         v, before = (problem.A.T @ question.motion).reshape(-1, 3), question.rubbing
         shift = shift_of(problem, v, np.zeros(problem.n_points))
@@ -284,12 +307,18 @@ class _Programs:
         return self._shifted(shift)
 
     def remembered(self, before: Solved, force: float) -> list[Solved]:
-        """States with the normal forces of the loop, which is begun with a share of those of a state."""
+        """Return states with the normal forces of the interior-point loop.
+
+        The loop begins with a share ``force`` of a state's normal forces.
+        """
         normal = self._looped(before, force)
         return [] if normal is None else self.closed(normal)
 
     def closed(self, normal: Array) -> list[Solved]:
-        """States with the motion that has the friction of normal forces (K,), and forces for it."""
+        """Return states for given normal forces (K,).
+
+        The motion belongs to friction at these normal forces, and the last program finds forces for this motion.
+        """
         problem = self._question.problem
         moving = self._found(frozen_sliding(problem, np.maximum(normal, 0.0)), np.zeros(problem.n_points))
         if moving is None:
@@ -300,10 +329,11 @@ class _Programs:
         return [self._question.state(last.load_factor, last.x, moving.u, last.tie_force, self._settings), last]
 
     def _looped(self, before: Solved, force: float) -> Array | None:
-        """Normal forces (K,) by the interior-point loop, begun with a share of those of a state; None if it diverges.
+        """Find normal forces (K,) by the interior-point loop.
 
-        Joints have a trace of compliance in it, and remember friction: what a rigid structure leaves open is then as it
-        was before.
+        The loop begins with a share ``force`` of a state's normal forces. Return None if it diverges. Joints have a
+        trace of compliance and remember friction. Forces that a rigid structure does not determine then stay as they
+        were.
         """
         question, problem, K = self._question, self._question.problem, self._question.problem.n_points
         mean, speed = (float(np.abs(a).mean()) for a in (before.x[:, 0], problem.A.T @ before.u))
@@ -325,7 +355,7 @@ class _Programs:
         return looped.state.x[: 3 * K : 3] if looped.gap <= NOWHERE else None
 
     def _shifted(self, shift: Array) -> Solved | None:
-        """Forces inside the true cones, with a shift (K,)."""
+        """Find forces inside the true cones for a shift (K,)."""
         return self._found(true_sliding(self._question.problem), shift)
 
     def _found(self, sliding: Sliding, shift: Array) -> Solved | None:

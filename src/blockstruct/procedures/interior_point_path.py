@@ -1,4 +1,7 @@
-"""A loading path by interior-point steps: few and exact, each of many factorisations."""
+"""Follow a loading path by interior-point steps.
+
+Steps are few and exact, each with many factorisations.
+"""
 
 from dataclasses import replace
 from time import perf_counter
@@ -16,28 +19,28 @@ from blockstruct.vocabulary import PathEnd
 
 Array = NDArray[np.float64]
 
-#: Of displacements and gap, relative, and a tenth of it of forces: of the state under dead load, asked of a step, and
-#: good enough for one that goes no further. The force that an interior point leaves on unloaded contacts holds
-#: structures together: measured on two leaves beside each other, 1e-3 ends 0.8 % high, 1e-6 0.04 %.
+#: Relative tolerances of displacements and gap, ten times those for forces: of the state under dead load, of a step,
+#: and of a step that improves no further. An interior point leaves forces on unloaded contacts, and these hold
+#: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
 OF_DEAD_LOAD, TOLERANCE, ENOUGH = 1e-7, 1e-5, 1e-3
 #: Complementarity gap at which a step begins, in multiples of its work.
 CENTRING = 1.0
-#: Factorisations of one step, and of all of them.
+#: Most factorisations of one step, and of all steps.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
-#: Attempts at a step: as it is, with lagging friction, and then each a third as long as the last.
+#: Attempts at a step: first unchanged, then with lagging friction, then each a third as long as the last.
 ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5
-#: Cohesion of contacts whose friction lags, which keeps those without force from having none.
+#: Cohesion of contacts with lagging friction, so that unloaded contacts keep some resistance.
 LAG_FLOOR = 1e-5
 
 
 class InteriorPointPath(Path):
-    """Steps of :class:`~blockstruct.solvers.interior_point.ContactProblem`.
+    """Follow a path by :class:`~blockstruct.solvers.interior_point.ContactProblem`.
 
-    Where Coulomb's law is not solved, friction begins to lag: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once
-    forces no longer change, and half of what makes a step non-monotone is gone. Measured on 820 blocks: 30
-    factorisations per step of any length, where Coulomb's law is not solved.
+    After a failed step with Coulomb's law, friction lags: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once forces
+    no longer change. Half of the term that makes a step non-monotone is gone. Measured on 820 blocks whose steps fail
+    with Coulomb's law: 30 factorisations per step of any length.
 
     Parameters
     ----------
@@ -61,7 +64,10 @@ class InteriorPointPath(Path):
         return self._state, found.iterations
 
     def advance(self, bound: float) -> Iteration | None:
-        """The next step, shortened until it is solved; None if the path has ended."""
+        """Solve the next step, shortened until it is solved.
+
+        Return None if the path has ended.
+        """
         start, iterations = perf_counter(), 0
         if self._is_at_limit:
             self.end = PathEnd.LIMIT_REACHED
@@ -70,7 +76,7 @@ class InteriorPointPath(Path):
             if self._spent >= MAX_OF_PATH:
                 return None
             s = self._next
-            # The state under dead load is so far from that of a first step that it is no guess.
+            # The state under dead load is too far from the first step to be a useful guess.
             guess = self._state.scaled(s / self._step) if self._step else self._afresh(s, bound)
             found = self._lagging().solve(
                 self._memory(self._state, s),
@@ -88,7 +94,7 @@ class InteriorPointPath(Path):
                 if not self._lags:
                     self.peak = max(self.peak, found.state.alpha)
                 return self._step_done(found.state, s, iterations, perf_counter() - start)
-            # From the dead load, whose friction is not that of the push, lagging would overshoot.
+            # Friction under dead load differs from friction under the push: from there, lagging would overshoot.
             if self._lags or not self._step:
                 self._next = s / 3
             else:
@@ -96,20 +102,23 @@ class InteriorPointPath(Path):
         return None
 
     def refine(self) -> None:
-        """Nothing to do: its steps are exact."""
+        """Do nothing, because the steps are exact."""
 
     def forces(self, last: Iteration) -> Array:
-        """Forces of the last step."""
+        """Return the forces of the last step."""
         return last.x
 
     def _afresh(self, s: float, bound: float) -> ContactState:
-        """What a first step begins with: normal forces as they are on average, and the load factor of the bound."""
+        """Return the state that a first step begins with.
+
+        Normal forces equal the mean, and the load factor is at most the bound.
+        """
         normal = np.abs(self._state.x[self._normal]).mean()
         rise = min(s / self._unit, max(abs(bound - self._state.alpha), 1e-3))
         return self.contact.afresh(float(normal), s, self._state.alpha + rise)
 
     def _lagging(self) -> ContactProblem:
-        """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""
+        """Return the contacts, with lagging friction after a failed step."""
         if not self._lags:
             return self.contact
         last = np.maximum(self._state.x[self._normal], -self._problem.tension)

@@ -1,4 +1,4 @@
-"""The other end of the range of a reaction."""
+"""Find the upper end of the range of a reaction."""
 
 from dataclasses import replace
 
@@ -14,9 +14,9 @@ from blockstruct.vocabulary import Stage
 def largest_reaction(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Iteration:
     """Find the largest reaction that statics allows under the dead load.
 
-    It is the least one against the opposite motion, with associative flow: no forces in equilibrium inside the true
-    conditions give more. Minus infinity as the load factor says that friction may jam the structure between its
-    supports by any force. Velocities and certificate are those of the opposite motion.
+    It is the least reaction against the opposite motion, with associative flow. No forces in equilibrium inside the
+    true conditions give a larger one. A load factor of minus infinity means that friction may jam the structure between
+    its supports by any force. Velocities and certificate belong to the opposite motion.
     """
     own = replace(problem, w_L=-problem.w_L, dilatancy=problem.friction)
     program = ConicProgram(own, replace(settings, crushing="conic"))

@@ -1,4 +1,4 @@
-"""The least strength of ties with which a structure carries a load."""
+"""Find the least strength of ties with which a structure carries a load."""
 
 from dataclasses import dataclass, replace
 
@@ -15,26 +15,27 @@ from blockstruct.vocabulary import SolverStatus
 
 Array = NDArray[np.float64]
 
-#: By how much an elongation may miss its price, relative to the largest price.
+#: Tolerance by which an elongation may exceed its price, relative to the largest price.
 _PRICED = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class LeastTies:
-    """What the program found, non-dimensional.
+    """Result of the program, non-dimensional.
 
     Attributes
     ----------
     tie_force : (M,) array
-        Forces T of all ties with their prestress; NaN if the program has no point.
+        Forces T of all ties with their prestress; NaN if the program has no feasible point.
     certificate : Certificate
-        Of the state in the structure whose ties have these forces as their strengths.
+        Certificate of the state in the structure whose tie strengths equal these forces.
     least : bool
-        Whether the multipliers prove that no ties of a smaller sum will do.
+        Whether the multipliers prove that no ties with a smaller sum of strengths suffice.
     solver_status : SolverStatus
+        Status of the solver.
     governing : "load factor", "dead load" or "both"
-        What asks for these strengths: the load factor, or the dead load alone. The certificate is that of this load,
-        and of the load factor if it is both.
+        The load that requires these strengths: at the load factor, or the dead load alone. The certificate is for this
+        load, and for the load factor if both govern.
     """
 
     tie_force: Array
@@ -47,11 +48,12 @@ class LeastTies:
 def least_ties(
     problem: LimitProblem, sought: NDArray[np.bool_], alpha: float, settings: ProcedureSettings, solver: Solver
 ) -> LeastTies:
-    """Minimise the sum of the strengths of ties with which a structure stands, and carries a load factor.
+    """Minimise the sum of tie strengths that carry a load factor.
 
-    It must do both: a variable load may well hold up what the dead load alone brings down. What carries the two carries
-    any load factor between them. The least strengths for either that will do for the other are the least for both.
-    Where neither will, the larger ones of each tie do, and a smaller sum may.
+    The structure must also stand under the dead load alone, because a variable load may hold up a structure that would
+    fall without it. A structure that carries both loads carries any load factor between them. If the least strengths
+    for one load suffice for the other, they are the least for both. Otherwise the larger strength of each tie suffices,
+    and a smaller sum may exist.
 
     Parameters
     ----------
@@ -79,11 +81,12 @@ def least_ties(
 def _least_at(
     problem: LimitProblem, sought: NDArray[np.bool_], alpha: float, settings: ProcedureSettings, solver: Solver
 ) -> LeastTies:
-    """Minimise the sum of the strengths of ties at a given load factor, with associative flow.
+    """Minimise the sum of tie strengths at a load factor.
 
-    ``min Σ T_j`` subject to ``A x + Σ a_j T_j + w_D + α w_L = 0`` and all conditions but the upper limits of the ties
-    that are sought. As a strength above the force buys nothing, the forces are the strengths. Its multipliers are a
-    mechanism in which no tie that is sought gets longer by more than its price, so that no weaker ones will do.
+    ``min Σ T_j`` subject to ``A x + Σ a_j T_j + w_D + α w_L = 0`` and all other conditions, with associative flow. The
+    sought ties have no upper limit. Strength above the force has no use, so the forces are the strengths. The
+    multipliers are a mechanism in which no sought tie elongates by more than its price. This proves that no weaker ties
+    suffice.
     """
     ties = problem.ties
     loaded = _loaded(problem, np.where(sought, np.inf, ties.capacity), alpha)
@@ -91,12 +94,12 @@ def _least_at(
     status, x, u, T = _solved(loaded, Objective(np.zeros(loaded.n_points), price=price), settings, solver)
     strength = _strength(problem, sought, T, alpha)
     tied = replace(problem, dilatancy=problem.friction, ties=replace(ties, capacity=strength))
-    # Where the ties are not needed no mechanism does work on the load.
+    # If the ties are not needed, no mechanism does work on the load.
     work = float(problem.w_L @ u)
     certificate = certify(tied, x, u / work if work > 0 else u, alpha, settings, T)
     dear = (ties.elongation(u) - price)[sought]
     left = float((strength[sought] * np.abs(dear)).sum()) / max(float((strength * price).sum()), 1e-12)
-    # A NaN is not proof.
+    # NaN proves nothing.
     least = bool(dear.max() <= _PRICED and left <= _PRICED)
     return LeastTies(T, certificate, least, status)
 
@@ -109,20 +112,26 @@ def _carries(
     settings: ProcedureSettings,
     solver: Solver,
 ) -> bool:
-    """Whether forces are found that carry a load factor with ties of these strengths."""
+    """Return whether ties of these strengths carry a load factor."""
     tied = _loaded(problem, _strength(problem, sought, tie_force, alpha), alpha)
     _, x, u, T = _solved(tied, Objective(np.zeros(tied.n_points)), settings, solver)
     return certify(tied, x, u, 0.0, settings, T).admissible
 
 
 def _loaded(problem: LimitProblem, capacity: Array, alpha: float) -> LimitProblem:
-    """The problem with flow by the friction angle, whose dead load is all of its load at a load factor."""
+    """Return the problem with its load at a load factor as dead load.
+
+    Flow follows the friction angle.
+    """
     ties = replace(problem.ties.at(alpha), capacity=capacity)
     return replace(problem, dilatancy=problem.friction, w_D=problem.w_D + alpha * problem.w_L, ties=ties)
 
 
 def _strength(problem: LimitProblem, sought: NDArray[np.bool_], tie_force: Array, alpha: float) -> Array:
-    """Strengths beyond the prestress, (M,), if the ties that are sought have these forces as theirs."""
+    """Return tie strengths beyond the prestress, (M,).
+
+    The sought ties get ``tie_force`` as strength; the others keep their own.
+    """
     beyond = np.maximum(tie_force - problem.ties.prestress(alpha), 0.0)
     return np.where(sought, beyond, problem.ties.capacity)
 
@@ -130,7 +139,10 @@ def _strength(problem: LimitProblem, sought: NDArray[np.bool_], tie_force: Array
 def _solved(
     loaded: LimitProblem, objective: Objective, settings: ProcedureSettings, solver: Solver
 ) -> tuple[SolverStatus, Array, Array, Array]:
-    """Status, contact forces, velocities and tie forces under the dead load; NaN without a solution."""
+    """Solve under the dead load alone.
+
+    Return status, contact forces, velocities and tie forces; they are NaN without a solution.
+    """
     program = ConicProgram(loaded, replace(settings, crushing="conic"))
     data = program.data(true_sliding(loaded), objective=objective, max_load_factor=0.0, loaded=False)
     solution = solver.solve(program, data, settings.numerics.solver_tolerance)

@@ -1,4 +1,7 @@
-"""The loading path: from the state under dead load, with joints that are a little elastic, to collapse."""
+"""Follow the loading path from the state under dead load to collapse.
+
+Joints are slightly elastic.
+"""
 
 from collections.abc import Generator
 from dataclasses import replace
@@ -14,12 +17,12 @@ from blockstruct.procedures.path import SETTLED, Path
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import PathEnd, Procedure
 
-#: Attempts at a closed state.
+#: Most attempts at a closed state.
 ATTEMPTS = 8
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
-    """Return the path of the settings, at its beginning, for a program with the exact cones of crushing."""
+    """Return the path of the settings at its beginning."""
     return _KINDS[settings.path_steps](program, settings)
 
 
