@@ -210,7 +210,7 @@ class Attempts:
         return not carried.pressed_near(moved, NEAREST)[meets].all()
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array) -> float:
-        """Return the time in which the last motion closes the first gap.
+        """Return the time until the last motion closes the first gap.
 
         The gap of a contact or the slack of a tie counts if its force does more than :data:`REACHING` of the step's
         work. Forces of a step act at its end, and a gap has no force before it closes.

@@ -14,8 +14,8 @@ BEGINS, CHANGES = 0.005, 0.07
 #: rise in the whole step, that proves a drop. Least rise at an earlier point, in multiples of the rise in the trial
 #: step, that proves a drop there. Halvings of the way.
 SHORT, ALONE, AS_FAR, HALVINGS = 1 / 32, 4.0, 0.2, 4
-#: Way, in mean block sizes, beyond the last motion up to which no block drops. Penetrations push turning blocks apart
-#: after a step, and closing these gaps takes a way of second order in its length.
+#: Way, in mean block sizes, beyond the last motion up to which no block drops. Blocks that turn in a step push
+#: penetrations out after it, and close gaps. Both are of second order in the step's length.
 NO_DROP = 2e-3
 
 

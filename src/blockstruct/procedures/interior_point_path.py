@@ -36,7 +36,7 @@ LAG_FLOOR = 1e-5
 
 
 class InteriorPointPath(Path):
-    """Follow a path by :class:`~blockstruct.solvers.interior_point.ContactProblem`.
+    """Follow a path by interior-point steps with elastic contacts.
 
     After a failed step with Coulomb's law, friction lags: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once forces
     no longer change. Half of the term that makes a step non-monotone is gone. Measured on 820 blocks whose steps fail

@@ -32,22 +32,22 @@ _KINDS: dict[str, type[Path]] = {"splitting": SplittingPath, "interior point": I
 def loading_path(
     path: Path, bound: float, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
-    """Follow the loading path to its end, and close it with an exact collapse state.
+    """Follow the loading path to its end and close it.
 
-    A collapse state without dilatancy is not unique: it depends on how the structure is loaded. Each step prescribes
-    the displacement of the variable load and finds forces, displacements and load factor
-    (:class:`~blockstruct.procedures.path.Path`). The contacts remember openings and friction forces. Compare
-    A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II", Int. J. Solids
-    Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
+    An exact collapse state closes the path. A collapse state without dilatancy is not unique: it depends on how the
+    structure is loaded. Each step prescribes the displacement of the variable load and finds forces, displacements and
+    load factor (:class:`~blockstruct.procedures.path.Path`). The contacts remember openings and friction forces.
+    Compare A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II", Int. J.
+    Solids Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
 
-    The path ends where the load factor has hardly moved while the displacement grew tenfold. Its displacements still
-    contain some elastic strain, which no rigid mechanism has. So it is closed by the mechanism of the largest load with
-    friction frozen at ``μ n`` of the path, and forces that miss its flow rule least
-    (:func:`~blockstruct.procedures.closing.close_path`). If its load factor is not that of the path, the path
-    continues.
+    The path ends once the load factor has hardly changed while the displacement grew tenfold. Its displacements still
+    contain some elastic strain, which no rigid mechanism has. An exact mechanism and its forces therefore close the
+    path (:func:`~blockstruct.procedures.closing.close_path`). The mechanism belongs to the largest load with friction
+    frozen at ``μ n`` of the path. The forces miss its flow rule least. If the closed state has a different load factor,
+    the path continues.
 
-    A path that does not finish, or whose closed state has another load factor, is followed again in half steps, and
-    then in steps of the other kind.
+    If a path does not finish, or its closed state has a different load factor, half steps follow the path again. Steps
+    of the other kind are the last attempt.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def loading_path(
     Returns
     -------
     PathEnd, Found or None
-        How the path ended, and the certified state. If the load factor never settles, the last step. None if no path
+        How the path ended, and the certified state. The last step if the load factor never settles. None if no path
         began or a step was not solved.
     """
     end, found = yield from _followed(path, bound, settings, solver)
@@ -113,8 +113,8 @@ def _followed(
                 found = _found(path, closed)
                 if best is None or (found.settled, -gap) > (best.settled, -path.gap(best.state)):
                     best = found
-            # Closed again from its own forces, a state comes nearer to one that they belong to. Fallen once more by as
-            # much as this time, the gap should do.
+            # Closing a state again from its own forces brings mechanism and forces closer together. Try it again if
+            # another reduction by the same ratio is enough.
             again = gap > CLOSED and gap / missed * gap <= CLOSED
             near, missed = closed.x, gap
         exact = best is not None and best.settled and path.gap(best.state) <= CLOSED
@@ -132,7 +132,7 @@ def _followed(
 
 
 def _found(path: Path, closed: Iteration) -> Found:
-    """Return the closed state of a path, settled if its load factor is that of the path."""
+    """Return the closed state, settled if its load factor fits the path."""
     low, high = path.drift
     around = SETTLED * path.scale(closed)
     return Found(

@@ -12,8 +12,8 @@ Array = NDArray[np.float64]
 #: First step, as a share of an even one, which divides an eighth of the structure's extent evenly. At most structures
 #: the control point moves further before the load factor is zero.
 FIRST = 0.25
-#: Largest growth of a step over the last. Least step, as a share of an even division of the curve. Largest step, as a
-#: share of the way so far, in multiples of an even one, so that endless sliding advances quickly.
+#: Largest growth of a step over the last. Least step, as a share of an even division of the curve. Largest step, in
+#: multiples of the way so far divided by the number of steps, so that endless sliding advances quickly.
 GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
 #: Largest ratio of push to dead load that lengthens steps. A structure that carries more does not move further.
 HEAVIEST = 1.0

@@ -1,4 +1,4 @@
-"""A loading path: what it begins with, what its contacts remember, and the steps that it is made of."""
+"""Define the common parts of loading paths: start, memory and steps."""
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
@@ -18,34 +18,35 @@ from blockstruct.vocabulary import PathEnd, SolverStatus, Stage
 
 Array = NDArray[np.float64]
 
-#: Range of the load factor while the displacement grows tenfold, relative, up to which it has settled. Measured on 90
-#: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
+#: Relative range of the load factor, while the displacement grows tenfold, up to which the load factor has settled.
+#: Measured on 90 structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
 SETTLED = 5e-3
-#: Displacement at which a path ends, in elastic displacements: beyond it no elastic strain is left to speak of.
+#: Displacement at which a path ends, in elastic displacements: beyond it, elastic strain is negligible.
 FURTHEST = 1e5
 
 
 class Path(ABC):
-    """Where a path has got to, and the next step of it.
+    """State of a loading path, and its next step.
 
     Parameters
     ----------
     program
         The program, with the exact cones of crushing.
     settings
-        Steps, and stiffness of joints that were given none.
+        Steps, and stiffness of joints without a given stiffness.
     divided
         Number of steps in place of each step of the settings.
 
     Attributes
     ----------
     program : ConicProgram
+        The program.
     peak : float
         Largest load factor so far.
     end : PathEnd
         Why the next step is None.
     contact : ContactProblem
-        Its contacts.
+        Contacts of the path.
     reached : ContactState
         State of the last step, with displacements of unit work.
     """
@@ -64,13 +65,13 @@ class Path(ABC):
 
     @cached_property
     def dead_load(self) -> Iteration | None:
-        """The state under dead load, None if none is found."""
+        """Return the state under dead load, or None if there is no such state."""
         start = perf_counter()
         try:
             self._unit = self.contact.elastic_displacement()
             found = self._at_rest()
         except RuntimeError:
-            # Blocks that nothing holds.
+            # Nothing holds some of the blocks.
             return None
         if found is None:
             return None
@@ -79,23 +80,35 @@ class Path(ABC):
 
     @abstractmethod
     def _at_rest(self) -> tuple[ContactState, int] | None:
-        """Take the state under dead load, and the iterations that it took."""
+        """Return the state under dead load, and the number of iterations."""
 
     @abstractmethod
     def advance(self, bound: float) -> Iteration | None:
-        """The next step, up to a load factor that it hardly passes; None if the path has ended."""
+        """Solve the next step; return None if the path has ended.
+
+        The load factor hardly passes ``bound``.
+        """
 
     @abstractmethod
     def forces(self, last: Iteration) -> Array:
-        """Forces (K, 3) at the end of the path, the normal ones as friction follows them."""
+        """Return forces (K, 3) at the end of the path.
+
+        Friction follows the normal forces.
+        """
 
     @abstractmethod
     def refine(self) -> None:
-        """Solve later steps more exactly: the end that they have led to was not exact enough."""
+        """Solve later steps more exactly.
+
+        The end of the path was not exact enough.
+        """
 
     @property
     def drift(self) -> tuple[float, float]:
-        """Lowest and highest load factor while the displacement last grew tenfold."""
+        """Return the range of the load factor over the last tenfold displacement.
+
+        The lowest value comes first.
+        """
         last = [alpha for total, alpha in self._load_factors if 10 * total >= self._total]
         return min(last), max(last)
 
@@ -104,12 +117,18 @@ class Path(ABC):
         return self._total >= FURTHEST * self._unit
 
     def has_settled(self, last: Iteration) -> bool:
-        """Return whether the load factor has hardly moved while the displacement grew tenfold."""
+        """Return whether the load factor has settled.
+
+        It has hardly changed while the displacement grew tenfold.
+        """
         low, high = self.drift
         return 10 * self._load_factors[0][0] < self._total and high - low <= SETTLED * self.scale(last)
 
     def scale(self, found: Iteration) -> float:
-        """Return the load factor, or a thousandth of the work scale of its mechanism where that is larger."""
+        """Return the scale of the load factor.
+
+        The scale is the load factor, or a thousandth of the mechanism's work scale if that is larger.
+        """
         return max(abs(found.load_factor), 1e-3 * self._problem.work_scale(found.u))
 
     def gap(self, found: Iteration) -> float:
@@ -121,14 +140,18 @@ class Path(ABC):
         return slice(0, 3 * self._problem.n_points, 3)
 
     def _rest(self) -> Step:
-        """Step from nothing to the dead load. A support that will give way is held, by whatever reaction that takes."""
+        """Return the step from no load to the dead load.
+
+        A support that will settle stays fixed, with any reaction.
+        """
         size = len(self.contact.compliance)
         return Step(np.zeros(size), np.zeros(size), None if self._problem.settlement is None else 0.0)
 
     def _memory(self, state: ContactState, s: float) -> Step:
-        """What contacts and ties remember: friction forces, the opening of open contacts and of slack ties.
+        """Return the step with everything that contacts and ties remember.
 
-        Crushing, and the yielding of ties, is forgotten.
+        These are friction forces, openings of open contacts and slack of ties. Crushing, and the yielding of ties, is
+        forgotten.
         """
         K, normal = self._problem.n_points, self._normal
         reference, opening = state.x.copy(), np.zeros_like(state.x)
@@ -139,18 +162,21 @@ class Path(ABC):
         return Step(reference, opening, s)
 
     def _displacement(self) -> float:
-        """Displacement so far, m; in multiples of the elastic one if no stiffness was given."""
+        """Return the displacement so far, m.
+
+        It is in multiples of the elastic displacement if joints have no stiffness.
+        """
         unit = self._problem.displacement_unit
         return self._total * unit if np.isfinite(unit) else self._total / self._unit
 
     def _step_done(self, state: ContactState, s: float, iterations: int, seconds: float) -> Iteration:
-        """A step of displacement s."""
+        """Record a step of displacement s."""
         self._load_factors.append((self._total, state.alpha))
         self.reached = state.scaled(1 / s)
         return replace(self.iteration(self.reached, iterations, seconds), displacement=self._displacement())
 
     def iteration(self, state: ContactState, iterations: int, seconds: float) -> Iteration:
-        """A state of the contacts with displacements of unit work."""
+        """Return the iteration of a state with displacements of unit work."""
         problem = self._problem
         x, u = state.x[: 3 * problem.n_points].reshape(-1, 3), state.u
         T = state.x[self.contact.ties] + problem.ties.prestress(state.alpha)

@@ -1,4 +1,4 @@
-"""The procedure: dead load, associative program, and what follows without dilatancy."""
+"""Solve a limit case: dead load, associative program, non-associative."""
 
 from collections.abc import Generator
 from dataclasses import replace
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Share by which a load factor with crushing may exceed that without: by which two runs of one structure may differ.
+#: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
 ALIKE = 5e-3
 
 
@@ -52,12 +52,12 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Yields
     ------
     Iteration
-        One a program, as it is solved, in multiples of the variable load of the case.
+        One for each solved program, in multiples of the variable load of the case.
 
     Returns
     -------
     Outcome
-        Value of the generator, likewise.
+        Value of the generator, in multiples of the variable load of the case.
     """
     steps = _limited(problem, flow, settings, solver)
     while True:
@@ -70,7 +70,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """The procedure; what it finds is limited by what it finds without crushing.
+    """Run the procedure, and limit its load factor by the one without crushing.
 
     Crushing never raises the associative load factor. Without dilatancy there are several collapse states, and joints
     that settle as they crush lean one wall on another.
@@ -91,7 +91,7 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
 
 
 def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """The procedure, and what self-stress decides."""
+    """Run the procedure and test the effect of self-stress."""
     program = ConicProgram(problem, settings)
     path = _path(program, settings) if flow is Flow.NONASSOCIATIVE else None
     dead = _dead_load_forces(problem, path)
@@ -110,8 +110,8 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
     first = ray = yield from _associate(program, dead, flow, settings, solver)
     jammed = first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE
     if jammed:
-        # Dilatancy jams the blocks; without it they may slide all the same. Go on from the forces of the dead load,
-        # with sliding conditions of the slope tan ψ: they bound every load that does not jam them by itself.
+        # Dilatancy jams the blocks, but without dilatancy they may slide. Continue from the dead-load forces, with
+        # sliding conditions of slope tan ψ. These bound every load that does not jam the blocks by itself.
         sliding = fictitious_sliding(problem, dead, settings.schedule.c0, 0.0)
         first = solve_step(program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.schedule.c0)
         yield first
@@ -136,10 +136,11 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
 def _associate(
     program: ConicProgram, dead: Array, flow: Flow, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
-    """Solve the associative program; if crushing is linearised and the flow associative, until it is exact.
+    """Solve the associative program.
 
-    Where the normal forces of many joints are not unique, tangents find the mechanism while the forces swing. Once the
-    gap no longer falls, the exact cones settle the forces.
+    With linearised crushing and associative flow, repeat until crushing is exact. If normal forces of many joints are
+    not unique, the tangents find the mechanism while the forces oscillate. Once the gap no longer falls, the exact
+    cones settle the forces.
     """
     sliding = true_sliding(program.problem)
     linearisation = Linearisation.first(program.problem).after(program.problem, dead)
@@ -158,7 +159,7 @@ def _associate(
 
 
 def _path(program: ConicProgram, settings: ProcedureSettings) -> "Path | None":
-    """The loading path at its beginning, if the settings follow it."""
+    """Return the loading path at its beginning, if the settings use one."""
     if settings.procedure != "loading path":
         return None
     # Loaded here: its linear algebra is slow to import.
@@ -168,7 +169,10 @@ def _path(program: ConicProgram, settings: ProcedureSettings) -> "Path | None":
 
 
 def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | None:
-    """Normal forces (K,) near a path's state under dead load that prove that the structure stands; None if unproven."""
+    """Find normal forces (K,) that prove that the structure stands.
+
+    They are near the path's state under dead load. Return None without a proof.
+    """
     state = None if path is None else path.dead_load
     if state is None:
         return None
@@ -190,12 +194,12 @@ def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | Non
 def _without_dilatancy(
     program: ConicProgram, first: Iteration, path: "Path | None", settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[Found | None, PathEnd | None]]:
-    """The procedure of the settings, and others where it finds no certificate.
+    """Run the procedure of the settings, and others without a certificate.
 
-    The fictitious conditions stand in for a loading path that does not finish, the shifted objective for fictitious
-    conditions without a certificate. What stands in has not settled: it is another question.
+    The fictitious conditions replace a loading path that does not finish. The shifted objective replaces fictitious
+    conditions without a certificate. A replacement never counts as settled, because it answers a different question.
     """
-    # The dead-load and the associative program come before.
+    # The dead-load program and the associative program come before.
     left, last, end = settings.schedule.max_programs - 2, first, None
     of_cones = exact(program, settings) if path is None else path.program
     if path is not None:
@@ -226,8 +230,8 @@ def _concluded(
 ) -> Steps:
     """Conclude the search for a collapse state.
 
-    ``ray`` is the associative program, if it is unbounded: the proof that the joints carry any multiple of the
-    variable load, though not that they do so without dilatancy.
+    ``ray`` is the associative program if it is unbounded. It proves that joints with dilatancy carry any multiple of
+    the variable load. It does not prove this without dilatancy.
     """
     load_factors, watched, n = [first.load_factor], ray is not None, 1 if ray is None else 2
     while True:
@@ -259,12 +263,18 @@ def _concluded(
 
 
 def _is_answer(problem: LimitProblem, outcome: Outcome) -> bool:
-    """Whether a load factor is none below zero; the reaction of a settlement has any sign."""
+    """Return whether a load factor is valid.
+
+    It must not be negative; the reaction of a settlement may have any sign.
+    """
     return outcome.load_factor >= 0 or problem.settlement is not None
 
 
 def _collapse(problem: LimitProblem, found: Found) -> Outcome:
-    """Outcome of a certified state; a load factor within the gap of zero is zero."""
+    """Return the outcome of a certified state.
+
+    A load factor within the gap of zero is zero.
+    """
     state = found.state
     alpha = state.load_factor
     if problem.settlement is None and abs(alpha) <= state.certificate.flow_rule_gap_limit:
@@ -281,7 +291,7 @@ def _collapse(problem: LimitProblem, found: Found) -> Outcome:
 
 
 def exact(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:
-    """The program with the exact cones of crushing."""
+    """Return the program with the exact cones of crushing."""
     if not program.is_linearised:
         return program
     return ConicProgram(program.problem, replace(settings, crushing="conic"))

@@ -1,4 +1,7 @@
-"""The pushover: from the collapse state through finite displacements until the load factor is zero."""
+"""Follow the collapse mechanism until the load factor is zero.
+
+The pushover begins at the collapse state and goes through finite displacements.
+"""
 
 from collections.abc import Generator, Sequence
 from dataclasses import replace
@@ -21,28 +24,31 @@ from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: Attempts at a step that the blocks penetrate after, or the flow rule is missed.
+#: Most attempts at a step after which blocks penetrate too far or the flow rule does not hold.
 ATTEMPTS = 5
-#: Corrections of the length of a step that ends before a tie breaks: anchors do not part evenly.
+#: Most corrections of a step's length to end it at the failure of a tie. The distance between anchors is not linear in
+#: time.
 APPROACHES = 3
-#: Penetration after a shorter step, relative to the deepest by the square of its length; and least share of a step.
+#: Penetration aimed at after a shorter step, relative to the bound, if it grows with the square of the length; least
+#: share of a step.
 BELOW, LEAST_SHARE = 0.9, 0.25
 #: Deepest penetration, in mean block sizes.
 DEEPEST = 2e-3
-#: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it; and how often it may
-#: one after the other where the gap is not certified.
+#: Flow-rule gap, relative to the work of a step, above which the pushover ends; most steps in a row with a gap that is
+#: not certified.
 LOST, DOUBTFUL = 0.03, 3
-#: Steps, in multiples of those asked for, after which the curve is left; and how few asked for count as more. Behind
-#: what happens on the way steps grow again from small ones, which takes as many of them whatever was asked for.
+#: Most steps, in multiples of the requested number; least number requested that this limit assumes. After an event,
+#: steps grow again from small ones. This takes the same number of steps for any request.
 PATIENCE, FEW = 5, 20
-#: How far a first state with sharp corners may be above the collapse state, relatively: that of a cross vault is 1.1 %.
+#: Relative excess over the collapse load that a first state with sharp corners may have. Measured on a cross vault: 1.1
+#: %.
 ABOVE = 0.015
-#: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
+#: Error of the energy balance of a step, relative to all work so far, above which the step is divided; most attempts.
 EVENT, EVENTS = 1e-3, 3
-#: What it misses in a shorter step, relative to what goes with the square of its length, where forces bend and do not
-#: jump; and share of the length on which that would be within the bound.
+#: Range of the error in a shorter step, relative to quadratic scaling with its length, in which forces change
+#: continuously. Share of the length at which the error is then within the bound.
 BENT, WITHIN = (0.5, 1.5), 0.9
-#: Corrections of the last step towards a load factor of zero.
+#: Most corrections of the last step towards a load factor of zero.
 CORRECTIONS = 3
 
 FiniteSteps = Generator[FiniteStep, None, str]
@@ -58,34 +64,35 @@ def pushover(
 ) -> FiniteSteps:
     """Follow a collapse mechanism through finite displacements.
 
-    In each step the displacement of the control point is prescribed, by the work of the variable load. Blocks then
-    move along the screws of their twists, and contacts are found anew where they are. A step is halved where the
-    blocks penetrate by more than a bound after it, or no motion from there satisfies the flow rule, as where a contact
-    leaves its face or a block meets another; divided where its energy balance is missed, as where forces jump; and ends
-    where blocks begin to drop, whose drop is a step of its own.
+    Each step prescribes the displacement of the control point, by the work of the variable load. Blocks move along the
+    screws of their twists. Contact detection then runs again at the new placement.
+
+    A step is halved if blocks penetrate too far, or no motion after it satisfies the flow rule. The latter happens if a
+    contact leaves its face or a block meets another. A step is divided if its energy balance is missed, for example
+    because forces jump. A step ends at the point at which blocks begin to drop, and the drop is a separate step.
 
     Parameters
     ----------
     problem
-        The case, wherever its blocks are.
+        The case, at any placement of its blocks.
     collapse
         The certified collapse state, whose mechanism is the first motion.
     steps
-        Number of them, about.
+        Approximate number of steps.
     settings, solver
-        Of the case.
+        Settings and solver of the case.
     before
-        States of the curve that are known already: it goes on behind the last of them.
+        Known states of the curve, which continues after the last state.
 
     Yields
     ------
     FiniteStep
-        A state; the first is that without displacement.
+        A state; the first has zero displacement.
 
     Returns
     -------
     str
-        How it ended.
+        How the pushover ended.
     """
     path, state = _Path(problem, collapse, steps, settings, solver), None
     for known in before:
@@ -95,7 +102,7 @@ def pushover(
         first = path.attempts.begun(rest, collapse)
         if first is None:
             return path.lost(rest, None)
-        # Rounded corners lower what is found, and hide what is above.
+        # Rounded corners lower the load factor and hide an excess over the collapse load.
         sharp = problem.sharp
         own = first if sharp is problem else Attempts(sharp, collapse, steps, settings, solver).begun(rest, collapse)
         if own is not None and own.state.load_factor > (1 + ABOVE) * path.attempts.load_factor:
@@ -121,7 +128,7 @@ def pushover(
 
 
 class _Path:
-    """The curve so far, and the next step of it."""
+    """Compute the next step from the curve so far."""
 
     def __init__(
         self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings, solver: Solver
@@ -134,11 +141,14 @@ class _Path:
 
     @property
     def curve(self) -> list[tuple[float, float]]:
-        """Displacement, m, and load factor of each state."""
+        """Return displacement, m, and load factor of each state."""
         return self.attempts.pace.curve
 
     def taken(self, step: FiniteStep) -> State:
-        """Take a state as the last one, from what is kept of it alone: a curve that is gone on with is the same."""
+        """Take a state as the last one.
+
+        Only the kept data of the state matter, so a continued curve is the same.
+        """
         placement = Placement.at(step.position, step.rotation)
         lengths, last = self._problem.lengths(placement), self.attempts.last
         self._longest = np.maximum(self._longest, lengths)
@@ -151,7 +161,7 @@ class _Path:
         return state
 
     def advance(self, state: State) -> Found | str:
-        """The state after a step, or why there is none."""
+        """Return the state after a step, or the reason for its absence."""
         attempts = self.attempts
         following, time = self._tried(state)
         if isinstance(following, str):
@@ -161,17 +171,17 @@ class _Path:
         dropping = drop_on(attempts, state, following, time)
         if dropping is not None:
             return dropping
-        # What was looked for in vain leaves nothing behind.
+        # A search without success has no effect on the next step.
         attempts.stepper.go_on(*tried)
         error, work = self._energy(state, following.state)
         missed = self._share(error, work)
-        # Blocks that fall release work that nothing balances, however short the step.
+        # Blocks that fall release work that nothing balances, in a step of any length.
         self._divided = missed > EVENT and not divided and following.solved.falling < attempts.driving
         if not self._divided:
             return following
-        # Forces that jump where something happens have not acted on the way there, and what is missed goes with the
-        # length of the step in which they do: most of the way is a step of its own. Where it goes with the square of
-        # that length forces bend, and do not jump: what is left of the way may be divided as well.
+        # Forces that jump at an event do not act before it. The error is then proportional to the length of the step
+        # that contains the event, and most of the way is a separate step. An error that is quadratic in the length
+        # means that forces change without a jump. The rest of the way may then be divided as well.
         whole, share = following.state.displacement, 1 - EVENT / missed / 2
         best = following
         for _ in range(EVENTS):
@@ -194,11 +204,14 @@ class _Path:
         return replace(best, state=replace(best.state, time=min(best.state.time, rest)))
 
     def _share(self, missed: float, work: float) -> float:
-        """What the energy balance of a step misses, relative to all work so far."""
+        """Return the error of an energy balance relative to all work so far."""
         return missed / max(self._done + work, 1e-300)
 
     def _tried(self, state: State) -> tuple[Found | str, float]:
-        """The state after a step, shortened until it is solved, or why there is none; and its time."""
+        """Return the state after a step, and the step's time.
+
+        Shorten the step until it is solved. Return a reason instead of a state if no step is solved.
+        """
         attempts, time = self.attempts, state.time
         following, halved, landed = None, False, False
         for attempt in range(ATTEMPTS):
@@ -210,12 +223,13 @@ class _Path:
                 time *= whole
                 moved = attempts.after(state, time)
             last, depth = attempt + 1 == ATTEMPTS, moved.penetration / (DEEPEST * self._problem.statics.length)
-            # The depth is that of a chord over an arc, or of blocks that meet: at least in proportion.
+            # The depth comes from a chord over an arc, or from blocks that meet. It is at least proportional to the
+            # length.
             if depth > 1 and not last:
                 time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
                 continue
             following = attempts.reached(moved, state)
-            # Half of a way that blocks drop by is none that they rest on.
+            # A landing cannot be judged on half of a drop.
             landed = not halved and following is not None and attempts.settles(following, state)
             if landed or (following is not None and attempts.goes_on(following.solved)):
                 break
@@ -224,7 +238,7 @@ class _Path:
         most = CERTIFIED if self._doubtful == DOUBTFUL else LOST
         if following is None or following.solved.missed > most or (attempts.falls(following.solved) and not landed):
             return self.lost(moved.placement, following), time
-        # Where a tie breaks the load factor falls at once, and not on the way there.
+        # The load factor falls suddenly when a tie breaks, not before.
         if self._problem.breaks(state.longest, moved.longest).any():
             return following, time
         for _ in range(CORRECTIONS):
@@ -243,7 +257,7 @@ class _Path:
         return lost(self._problem, placement, found, falls=found is not None and self.attempts.falls(found.solved))
 
     def record(self, found: Found) -> FiniteStep:
-        """The state as it is kept."""
+        """Return the state in the format that is kept."""
         missed = work = 0.0
         if self.attempts.last is not None:
             missed, work = self._energy(self.attempts.last, found.state)
@@ -257,9 +271,10 @@ class _Path:
         )
 
     def _energy(self, before: State, after: State) -> tuple[float, float]:
-        """Work between two states that is missed, and the sum of all of it, J, by the trapezoidal rule.
+        """Return the energy error between two states, and all work, J.
 
-        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
+        Use the trapezoidal rule. The work of the dead and variable loads, on the true way of the blocks, must equal the
+        dissipated work.
         """
         places = before.placement, after.placement
         dead, variable = self._problem.dead.work(*places), self._problem.variable.work(*places)

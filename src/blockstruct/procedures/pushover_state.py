@@ -1,4 +1,4 @@
-"""Where a pushover has got to, and how it goes on from there."""
+"""Describe the state of a pushover and the motion that follows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,22 +17,23 @@ from blockstruct.vocabulary import listed
 
 Array = NDArray[np.float64]
 
-#: Force at a contact point, in dead wrenches of the lighter block, that is none.
+#: Force at a contact point, in dead wrenches of the lighter block, that counts as zero.
 NO_FORCE = 1e-9
-#: Speed of the control point, relative to the fastest block, at which it hardly goes on.
+#: Speed of the control point, relative to the fastest block, below which it stands still.
 STANDS = 1e-2
-#: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
+#: Speed, relative to the fastest block, above which a message names a block; most blocks in a message.
 FAST, NAMED = 0.5, 5
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time, s.
+    """Placement of the blocks and their motion from there.
 
-    On the way the dead load does a work that ties do not take up, per unit of work of the variable load; ``dropped`` is
-    a motion of blocks that drop alone, and ``drops_next`` the one before it. Friction and ties have dissipated such a
-    work on the way from the state before. Ties (N,) have been so long, m, pull from a length on that is ``tight``, and
-    yield.
+    The motion has twists (B, 6) at 1 W and lasts for a time, s. ``falling`` is the work of the dead load that ties do
+    not take up, per unit of work of the variable load. ``dropped`` marks a motion in which only dropping blocks move,
+    and ``drops_next`` the motion before it. ``dissipated`` is the work of friction and ties on the way from the last
+    state, per unit of work of the variable load. For ties (N,), ``longest`` is the largest length so far, m. ``tight``
+    is the length at which a tie begins to pull, m, and ``yields`` marks the ties that yield.
     """
 
     placement: Placement
@@ -51,7 +52,7 @@ class State:
 
     @classmethod
     def of(cls, step: FiniteStep, longest: Array, tight: Array, yields: NDArray[np.bool_]) -> Self:
-        """That of a step, with what its ties (N,) are like."""
+        """Return the state of a step, with the data of its ties (N,)."""
         twist = np.column_stack([step.velocity, step.angular_velocity])
         placement = Placement.at(step.position, step.rotation)
         return cls(
@@ -70,28 +71,32 @@ class State:
         )
 
     def tightened(self, lengths: Array) -> Array:
-        """Lengths (N,) from which on ties pull where they have others, m: those that yield grow, and no others.
+        """Return the lengths (N,) at which ties begin to pull, m.
 
-        Anchors move along chords, and a tie that does not yield is longer behind a step by what these are off.
+        ``lengths`` are the present lengths, m. Only yielding ties become longer. Anchors move along chords, so that
+        ties that do not yield also lengthen slightly in a step. This is no elongation.
         """
         return np.where(self.yields, np.maximum(self.tight, lengths), self.tight)
 
     def carried(self, placement: Placement) -> Array:
-        """The same screws, as twists (B, 6) of the centroids at another placement."""
+        """Return the same screws as twists (B, 6) at another placement."""
         way = placement.position - self.placement.position
         return np.column_stack([self.twist[:, :3] + np.cross(self.twist[:, 3:], way), self.twist[:, 3:]])
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A state, and what is known of it: the problem there, and its solution."""
+    """State with its problem and solution."""
 
     state: State
     moved: MovedProblem
     solved: Solved
 
     def after(self, before: State) -> Self:
-        """The same, with what is dissipated on the way there: by the forces at both ends, on one motion."""
+        """Return the same state with the work dissipated on the way.
+
+        The work is the mean for the forces at both ends, in the same motion.
+        """
         problem, solved = self.moved.problem, self.solved
         u = self.moved.velocities(before.carried(self.state.placement))
         own = sum(dissipated(problem, solved.x, solved.tie_force, u)) / float(problem.w_L @ u)
@@ -106,20 +111,20 @@ class Found:
         spent: tuple[int, int],
         time: float,
     ) -> FiniteStep:
-        """The state as it is kept, with all that the next step hangs on.
+        """Return the state with all data that the next step needs.
 
         Parameters
         ----------
         divided
-            Whether the step to it was.
+            Whether the step to this state was divided.
         waiting
-            Steps of bodies that failed one after the other, and solutions before they are tried again.
+            Number of failures of body steps in a row, and solutions before bodies are tried again.
         energy_error
-            Of the step.
+            Error of the step's energy balance.
         spent
             Programs and interior-point iterations.
         time
-            That the step took, s.
+            Computing time of the step, s.
         """
         state, solved, moved, c = self.state, self.solved, self.moved, self.solved.certificate
         points = moved.contacts.points
@@ -163,13 +168,19 @@ class Found:
 
 
 def friction_of(problem: LimitProblem, collapse: Iteration) -> float:
-    """Work of friction in a collapse state per unit of work of the variable load: what loads and ties leave."""
+    """Return the work of friction in a collapse state.
+
+    The unit is the work of the variable load. It is the work of all loads less the work of ties.
+    """
     _, of_ties = dissipated(problem, collapse.x, collapse.tie_force, collapse.u)
     return float(collapse.load_factor + problem.w_D @ collapse.u - of_ties)
 
 
 def stands(problem: MovingProblem, curve: Sequence[tuple[float, float]], state: State) -> str:
-    """That the control point hardly goes on at a state the way that its curve began, if so."""
+    """Return a clause if the control point stands still or moves back.
+
+    The direction is relative to the start of the curve. The clause is empty otherwise.
+    """
     begun, _ = curve[:2][-1]
     names, control = [b.name for b in problem.statics.model.blocks], problem.control
     fastest = np.linalg.norm(state.twist[:, :3], axis=1).max()
@@ -180,7 +191,10 @@ def stands(problem: MovingProblem, curve: Sequence[tuple[float, float]], state: 
 
 
 def begins_above(problem: MovingProblem, first: Found, load_factor: float) -> str:
-    """Why there is no curve where blocks touch beyond the interfaces of the model, and carry more with that."""
+    """Explain that the curve would begin above the collapse load.
+
+    Blocks touch beyond the interfaces of the model, and these contacts carry more.
+    """
     points, own = first.moved.contacts.points, problem.statics.points
     names = [b.name for b in problem.statics.model.blocks]
     joints, found = (np.sort(np.column_stack([p.minus, p.plus])).tolist() for p in (own, points))
@@ -197,7 +211,10 @@ def begins_above(problem: MovingProblem, first: Found, load_factor: float) -> st
 
 
 def lost(problem: MovingProblem, placement: Placement, found: Found | None, *, falls: bool) -> str:
-    """Why nothing is in equilibrium at a placement, or a pushover cannot go on from what is found there."""
+    """Explain why a pushover cannot continue at a placement.
+
+    Either no forces are in equilibrium, or the state does not allow another step.
+    """
     at = f"at a displacement of {problem.control.displacement(placement):.6g} m"
     if found is None:
         return (
@@ -213,7 +230,10 @@ def lost(problem: MovingProblem, placement: Placement, found: Found | None, *, f
 
 
 def moves_furthest(names: Sequence[str], twist: Array) -> str:
-    """Which of the blocks moves furthest in a motion, twists (B, 6), and where to."""
+    """Return a text with the fastest block of a motion and its direction.
+
+    The motion has twists (B, 6).
+    """
     speed = np.linalg.norm(twist[:, :3], axis=1)
     fastest = int(speed.argmax())
     along = ", ".join(f"{value:.3g}" for value in np.round(twist[fastest, :3] / speed[fastest], 4) + 0.0)

@@ -1,8 +1,8 @@
-"""What self-stress leaves open: loads that only jammed blocks carry.
+"""Find loads that depend on self-stress: only jammed blocks carry them.
 
-Forces that balance each other without any load, as between the jambs of a flat arch, raise the friction of the joints
-they press. Their size is not part of the model. A dilatant structure makes them as large as it needs; without dilatancy
-they are what the building left behind.
+Self-stress forces balance each other without load, for example between the jambs of a flat arch. They raise the
+friction of the joints they press. The model does not determine their size. A dilatant structure makes them as large as
+it needs. Without dilatancy, they depend on the construction of the building.
 """
 
 from collections.abc import Generator, Sequence
@@ -24,32 +24,33 @@ from blockstruct.vocabulary import Stage
 
 Array = NDArray[np.float64]
 
-#: A load factor grows without limit after this many increments, each larger than the one before and than a share of the
-#: load factor, to this multiple of the first one. Measured: increments alone also grow for a while on paths that end.
+#: A load factor grows without limit after this number of increments, each larger than the last and than a share of the
+#: load factor, up to this multiple of the first load factor. Measured: paths that end also have growing increments for
+#: a while.
 _INCREMENTS, _SHARE, _MULTIPLE = 5, 0.05, 10.0
-#: Share of the dead load that frozen friction must carry more to need no program.
+#: Additional share of the dead load that frozen friction must carry to make a program unnecessary.
 _MORE = 1e-2
-#: Velocity of a block that falls, relative to that of the fastest.
+#: Velocity, relative to the fastest block, above which a block falls.
 _FALLS = 1e-2
-#: Attempts of least squares, and the openings beyond friction, relative to the largest velocity, that are proof and
-#: that are asked for.
+#: Most attempts of least squares. Openings beyond friction, relative to the largest velocity: least for proof, and
+#: target.
 _TRIES, _OPENS, _ASKED = 20, 2e-3, 0.1
-#: Stiffness of blocks in directions in which no joint holds them, relative to the mean.
+#: Stiffness of blocks in directions without joint stiffness, relative to the mean.
 _SLIGHT = 1e-10
 
 
 def dead_load_collapse(
     problem: LimitProblem, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[int, ...]]:
-    """Find the blocks that friction holds under the dead load in some states of self-stress and not in others.
+    """Find blocks that stand under dead load only in some self-stress states.
 
-    Whether they fall depends on forces that the model does not determine. The answer depends on the joints and the
-    dead load alone, and not on the variable load.
+    Whether they fall depends on forces that the model does not determine. The answer depends on the joints and the dead
+    load, and not on the variable load.
 
-    Normal forces that carry the dead load without friction prove that nothing falls. With them the dead load does no
-    work in any motion that closes no joint, and a collapse state without dilatancy needs work against friction. Least
-    squares find such forces in most walls. Otherwise each group of blocks that touches no other is tested with the
-    forces that press its joints together least.
+    Normal forces that carry the dead load without friction prove that nothing falls. With these forces, the dead load
+    does no work in any motion that closes no joint. A collapse state without dilatancy needs work against friction.
+    Least squares find such forces in most walls. Otherwise each group of blocks without contact to others is tested
+    separately. The test uses the forces with the least normal forces.
 
     Parameters
     ----------
@@ -61,8 +62,8 @@ def dead_load_collapse(
     Yields
     ------
     Iteration
-        The collapse state of the dead load, if one is found, with its own normalisation ``w_D·u = 1``. Its load factor
-        is NaN.
+        The collapse state of the dead load, if there is one, with the normalisation ``w_D·u = 1``. Its load factor is
+        NaN.
 
     Returns
     -------
@@ -79,7 +80,7 @@ def dead_load_collapse(
         part = whole.part(blocks)
         if not part.n_points or not part.w_D.any():
             continue
-        # One group alone is the whole, which has been tested.
+        # A single group is the whole structure, which is already tested.
         if groups.any() and _stands_without_friction(part, settings):
             continue
         found = _fall(part, settings, solver)
@@ -95,9 +96,9 @@ def dead_load_collapse(
 
 
 def _stands_without_friction(problem: LimitProblem, settings: ProcedureSettings) -> bool:
-    """Whether least squares find normal forces that carry the dead load without friction.
+    """Return whether normal forces alone carry the dead load.
 
-    Contact points that they put in tension are left out of the next attempt.
+    Least squares find the forces. Each attempt leaves out the contact points that the last one puts in tension.
     """
     # Loaded here: it is slow to import.
     from scipy.sparse.linalg import splu
@@ -120,7 +121,10 @@ def _stands_without_friction(problem: LimitProblem, settings: ProcedureSettings)
 
 
 def _fall(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Iteration | None:
-    """Mechanism of a collapse state of the dead load with friction frozen, None if there is none."""
+    """Find a collapse mechanism of the dead load with friction frozen.
+
+    Return None if there is no such mechanism.
+    """
     forces = _least_pressed(part, settings, solver)
     if forces is None:
         return None
@@ -138,9 +142,10 @@ def _fall(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> It
 
 
 def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings, solver: Solver) -> Iteration:
-    """Forces of the dead load, at most its whole, that miss the flow rule of velocities with ``w_D·u = 1`` least.
+    """Find the forces of the dead load that miss a flow rule least.
 
-    Joints of uniform torsion slide as normal forces n (K,) near them tell.
+    They carry at most the whole dead load. The velocities satisfy ``w_D·u = 1``. Nearby normal forces n (K,) determine
+    the sliding of joints of uniform torsion.
     """
     v = (own.A.T @ u).reshape(-1, 3)
     return solve_step(
@@ -157,12 +162,15 @@ def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings,
 
 
 def _exact(problem: LimitProblem, settings: ProcedureSettings) -> ConicProgram:
-    """The program with the exact cones of crushing."""
+    """Return the program with the exact cones of crushing."""
     return ConicProgram(problem, replace(settings, crushing="conic"))
 
 
 def grows_without_limit(load_factors: Sequence[float]) -> bool:
-    """Whether load factors of successive programs end in a growth that nothing slows down."""
+    """Return whether load factors of successive programs grow without limit.
+
+    Nothing slows down their growth.
+    """
     last = np.array(load_factors[-_INCREMENTS - 1 :])
     increments = np.diff(last)
     return bool(
@@ -174,16 +182,15 @@ def grows_without_limit(load_factors: Sequence[float]) -> bool:
 
 
 def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) -> bool:
-    """Whether the joints may bear normal forces that balance each other without any load.
+    """Return whether joints may carry normal forces that balance without load.
 
-    They may not if there is a motion that opens all of them faster than friction could close them,
-    ``v_n > μ ‖v_t‖``, or without sliding where a joint never slides: it would do work on such forces. Without that
-    proof they may. As a rule least squares find one; where they do not, a program is asked.
+    They cannot if a motion opens all joints faster than friction could close them, ``v_n > μ ‖v_t‖``. Joints that never
+    slide must open without sliding. Such a motion would do work on the forces. Without this proof, the answer is that
+    they may. Least squares usually find such a motion; otherwise a program searches for it.
     """
     if not problem.n_points or _opens_everywhere(problem):
         return False
-    # What ties press together is limited, and does not count.
-    # The variable load only scales the program, which any load does.
+    # Forces from ties are limited and do not count. The variable load only scales the program, and any load can do so.
     loads = problem.w_L if problem.w_L.any() else problem.w_D
     own = replace(problem, w_D=np.zeros_like(problem.w_D), w_L=loads, ties=Ties.none(len(problem.w_D)))
     program = _exact(own, settings)
@@ -194,12 +201,15 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     slip = np.linalg.norm(v[:, 1:], axis=1)
     slipping = (slip / own.force_unit)[own.never_slides].max(initial=0.0)
     held = slipping <= settings.numerics.interpenetration_tolerance * own.speed(v, u)
-    # A NaN, where the solver gives no multipliers, proves nothing.
+    # NaN proves nothing: the solver then gives no multipliers.
     return not bool(held and (v[:, 0] - own.friction * slip).min() > 0.5 / own.n_points)
 
 
 def _opens_everywhere(problem: LimitProblem) -> bool:
-    """Whether least squares find a motion that opens all joints, asked for more where friction would close them."""
+    """Return whether least squares find a motion that opens all joints.
+
+    Joints that friction would close get a larger target in the next attempt.
+    """
     if problem.never_slides.any():
         # Least squares do not keep joints from sliding.
         return False
@@ -223,20 +233,25 @@ def _opens_everywhere(problem: LimitProblem) -> bool:
 def jammed_by_self_stress(
     problem: LimitProblem, settings: ProcedureSettings, solver: Solver, *, bounded: bool
 ) -> tuple[int, ...]:
-    """Indices of the free blocks that self-stress keeps from moving under the variable load, or may not.
+    """Find free blocks that self-stress may keep from moving.
 
-    The load factor of one group of blocks says nothing about another that touches it nowhere. A group jams if, with
-    friction frozen at the forces under dead load that press its joints together least, the variable load moves it,
-    though with dilatancy nothing does.
+    The load factor of one group of blocks does not apply to a group without contact to it. A group jams if the variable
+    load moves it with frozen friction, but not with dilatancy. Friction is frozen at the dead-load forces with the
+    least normal forces.
 
     Parameters
     ----------
     problem
-        The limit problem without dilatancy, or with that of its joints.
+        The limit problem, without dilatancy or with the dilatancy of its joints.
     settings, solver
         Tolerances and solver.
     bounded
-        Whether the load factor with dilatancy is finite, so that one group alone does not jam.
+        Whether the load factor with dilatancy is finite. A single group then does not jam.
+
+    Returns
+    -------
+    tuple of int
+        Indices of the free blocks.
     """
     groups, jammed = problem.groups, np.zeros(problem.n_blocks, dtype=bool)
     if bounded and not groups.any():
@@ -249,7 +264,10 @@ def jammed_by_self_stress(
 
 
 def _least_pressed(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Array | None:
-    """Forces (K, 3) of the least normal forces that carry the dead load; None where the solver finds none."""
+    """Return forces (K, 3) that carry the dead load with least normal forces.
+
+    Return None if the solver finds no such forces.
+    """
     if not part.w_D.any():
         return np.zeros((part.n_points, 3))
     program = _exact(replace(part, w_L=part.w_D), settings)
@@ -260,7 +278,7 @@ def _least_pressed(part: LimitProblem, settings: ProcedureSettings, solver: Solv
 
 
 def _only_jams(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> bool:
-    """Whether the variable load moves blocks with friction frozen, and no blocks with dilatancy."""
+    """Return whether blocks move with frozen friction but not with dilatancy."""
     program = _exact(part, settings)
     if solve_step(program, true_sliding(part), Stage.ASSOCIATIVE, settings, solver).load_factor != np.inf:
         return False

@@ -1,4 +1,4 @@
-"""The non-associative iteration with the true cones and a shifted objective."""
+"""Iterate without dilatancy in the true cones, with a shifted objective."""
 
 from blockstruct.limit.friction import relax, shift_of, true_sliding
 from blockstruct.limit.iteration import Found, Iteration, Search
@@ -7,18 +7,19 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Procedure, Stage
 
-#: Share of the new shift that is taken up.
+#: Share of the new shift in the next shift.
 DAMPING = 0.5
 
 
 def shifted_iteration(
     program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver, left: int
 ) -> Search:
-    """Maximise ``α − Σ s_k n_k`` inside the true cones, with the shift s of the last mechanism.
+    """Maximise ``α − Σ s_k n_k`` inside the true cones.
 
-    De Saxcé & Feng (1998), doi:10.1016/S0895-7177(98)00119-8, iterated as by Acary et al. (2011),
-    doi:10.1002/zamm.201000073. Every program is feasible and every iterate statically admissible. It often ends at
-    a higher load factor than the fictitious conditions: the upper end of a spread, and the fallback.
+    The shift s belongs to the last mechanism: De Saxcé & Feng (1998), doi:10.1016/S0895-7177(98)00119-8, iterated as by
+    Acary et al. (2011), doi:10.1002/zamm.201000073. Every program is feasible and every iterate is statically
+    admissible. The iteration often ends at a higher load factor than the fictitious conditions. It gives the upper end
+    of a spread, and is the fallback.
 
     Parameters
     ----------
@@ -29,12 +30,12 @@ def shifted_iteration(
     settings, solver
         Tolerances and solver.
     left
-        Programs it may solve.
+        Largest number of programs.
 
     Returns
     -------
     Found or None, Iteration
-        The certified state, None without one; and the last solved program.
+        The certified state, or None; and the last solved program.
     """
     problem, last = program.problem, first
     sliding, shift = true_sliding(problem), shift_of(problem, first.v, first.x[:, 0])

@@ -1,4 +1,7 @@
-"""A loading path by splitting: many cheap iterations, and one factorisation per step."""
+"""Follow a loading path by splitting.
+
+Each step has many cheap iterations and one factorisation.
+"""
 
 from time import perf_counter
 
@@ -16,23 +19,24 @@ from blockstruct.vocabulary import PathEnd
 Array = NDArray[np.float64]
 
 #: Residual of a step, and iterations in which it must halve. Measured on 37 structures against an independent path:
-#: with 1e-4 the load factor of rubble is 3.5 % off, with 1e-5 0.1 %, and the cases cost the same to 3 %.
+#: with 1e-4 the load factor of rubble is 3.5 % off, with 1e-5 0.1 %. The times of these cases agree to 3 %.
 TOLERANCE, PATIENCE = 1e-5, 60
-#: Iterations of all steps together.
+#: Most iterations of all steps together.
 MAX_OF_PATH = 12_000
-#: Share of the tolerance, and as many times the patience, for steps after an end that was not exact; and for all
-#: steps where rectangles crush about both axes at once, whose number a little rotation about the other axis decides.
+#: Divisor of the tolerance and factor of the patience for steps after an inexact end. It applies to all steps if
+#: rectangles crush about both axes at once: a small rotation about the other axis then decides the result.
 CARE = 4
-#: Residual up to which a step is one.
+#: Largest residual of an accepted step.
 ENOUGH = 0.3
-#: Penalty of a step one elastic displacement long, and its largest change from one step to the next, as a ratio.
+#: Penalty of a step of one elastic displacement, and its largest ratio from one step to the next.
 PENALTY, REBALANCED = 10.0, 3.0
 
 
 class SplittingPath(Path):
-    """Steps of :class:`~blockstruct.solvers.splitting.Splitting`, each longer than the last as the settings say.
+    """Follow a path by :class:`~blockstruct.solvers.splitting.Splitting`.
 
-    A step that misses its tolerance is corrected by the next one.
+    Each step is longer than the last by the growth of the settings. The next step corrects the error of a step that
+    misses its tolerance.
     """
 
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
@@ -57,7 +61,7 @@ class SplittingPath(Path):
         return found.state, found.iterations
 
     def advance(self, bound: float) -> Iteration | None:
-        """The next step; None if the path has ended."""
+        """Solve the next step; return None if the path has ended."""
         start = perf_counter()
         length = self._growth * self._step if self._step else self._first
         if self._is_at_limit or self._spent >= MAX_OF_PATH:
@@ -73,17 +77,17 @@ class SplittingPath(Path):
                 patience=PATIENCE * self._care,
             )
         except RuntimeError:
-            # Blocks that nothing holds, as those on their only support once it moves.
+            # Nothing holds some blocks, for example on their only support once it moves.
             return None
         self._spent += found.iterations
         if not found.residual <= ENOUGH:
             return None
-        # Where forces still move and hardly miss their conditions, the penalty is too large.
+        # If forces still change and hardly miss their conditions, the penalty is too large.
         ratio = np.sqrt(found.missed / max(found.changed, 1e-300))
         self._balance *= float(np.clip(ratio, 1 / REBALANCED, REBALANCED))
         self._state, self._step = found.state, length
         self._total += s
-        # What a step misses may lift it above the bound, which no state passes.
+        # The error of a step may lift it above the bound, which no state exceeds.
         self.peak = max(self.peak, min(found.state.alpha, bound))
         return self._step_done(found.state, s, found.iterations, perf_counter() - start)
 
@@ -92,9 +96,9 @@ class SplittingPath(Path):
         self._care = CARE * self._usual
 
     def forces(self, last: Iteration) -> Array:
-        """Forces at the end of the path.
+        """Return forces at the end of the path.
 
-        Normal forces as friction follows them swing less than those of the last iteration.
+        The smoothed normal forces in the friction law oscillate less than the last iteration.
         """
         problem = self._problem
         sliding = self._state.y.soc[: problem.n_points]

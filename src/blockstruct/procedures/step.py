@@ -1,4 +1,4 @@
-"""One program: solve it, and measure what the solver gives."""
+"""Solve one program and measure its solution."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,20 +31,21 @@ def solve_step(
 ) -> Iteration:
     """Solve one program and certify its state.
 
-    A program that the solver calls unbounded has the load factor ∞ if its ray proves it, and has failed otherwise.
+    If the solver reports an unbounded program, the load factor is ∞ if the ray proves it. Otherwise the program has
+    failed.
 
     Parameters
     ----------
     program, sliding
         The program and its sliding condition.
     stage, c0, a
-        Where it stands in the procedure.
+        Place of the program in the procedure.
     settings, solver
         Tolerances of the certificate, and the solver.
     linearisation, objective, max_load_factor
         Data of the program: :meth:`ConicProgram.data`.
     velocities
-        Of the state, instead of the solver's own.
+        Velocities of the state, instead of the solver's.
     """
     data = program.data(sliding, linearisation=linearisation, objective=objective, max_load_factor=max_load_factor)
     numerics = settings.numerics
@@ -82,7 +83,10 @@ def solve_step(
 def _is_ray(
     problem: LimitProblem, x: Array, of_ties: Array, alpha: float, sliding: Sliding, settings: ProcedureSettings
 ) -> bool:
-    """Whether forces balance the variable load alone and stay inside the sliding condition at any size."""
+    """Return whether forces prove that a program is unbounded.
+
+    They balance the variable load alone and stay inside the sliding condition at any size.
+    """
     if not alpha > 0:
         return False
     x = x / alpha
@@ -91,7 +95,7 @@ def _is_ray(
     excess = max((shear - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
     of_joints = problem.torsion.excess(x, sliding.slope * x[:, 0])
     excess = max(excess, of_joints.max(initial=0.0))
-    # What crushes carries no force at any size, and no tie does.
+    # Joints that crush, and ties, carry no force at any size.
     bounded = np.concatenate([x[problem.crushes, 0], of_ties / alpha])
     excess = max(excess, np.abs(bounded).max(initial=0.0))
     return bool(max(residual, excess) <= settings.numerics.yield_tolerance * max(1.0, np.abs(x).max()))
