@@ -70,7 +70,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """Run the procedure, and limit its load factor by the one without crushing.
+    """Run the procedure with an upper limit from the case without crushing.
 
     Crushing never raises the associative load factor. Without dilatancy there are several collapse states, and joints
     that settle as they crush lean one wall on another.

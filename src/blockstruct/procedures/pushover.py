@@ -29,8 +29,8 @@ ATTEMPTS = 5
 #: Most corrections of a step's length to end it at the failure of a tie. The distance between anchors is not linear in
 #: time.
 APPROACHES = 3
-#: Penetration aimed at after a shorter step, relative to the bound, if it grows with the square of the length; least
-#: share of a step.
+#: Safety factor on the length of a shorter step, whose penetration falls with the square of the length; least share of
+#: a step.
 BELOW, LEAST_SHARE = 0.9, 0.25
 #: Deepest penetration, in mean block sizes.
 DEEPEST = 2e-3
@@ -45,8 +45,8 @@ PATIENCE, FEW = 5, 20
 ABOVE = 0.015
 #: Error of the energy balance of a step, relative to all work so far, above which the step is divided; most attempts.
 EVENT, EVENTS = 1e-3, 3
-#: Range of the error in a shorter step, relative to quadratic scaling with its length, in which forces change
-#: continuously. Share of the length at which the error is then within the bound.
+#: Ratio of the error in a shorter step to quadratic scaling with its length: within this range, forces change
+#: continuously. Safety factor on the length at which the error is then within the bound.
 BENT, WITHIN = (0.5, 1.5), 0.9
 #: Most corrections of the last step towards a load factor of zero.
 CORRECTIONS = 3

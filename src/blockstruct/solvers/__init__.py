@@ -1,4 +1,4 @@
-"""Conic solvers: Clarabel directly, or any that CVXPY has.
+"""Solve conic programs by Clarabel directly, or by any solver in CVXPY.
 
 >>> from blockstruct.limit import Numerics, ProcedureSettings
 >>> type(solver_of(ProcedureSettings())).__name__
@@ -15,7 +15,7 @@ __all__ = ["ClarabelSolver", "solver_of"]
 
 
 def solver_of(settings: ProcedureSettings) -> Solver:
-    """Solver named by the settings: ``"clarabel"`` or ``"cvxpy:NAME"``.
+    """Return the solver of the settings: ``"clarabel"`` or ``"cvxpy:NAME"``.
 
     Raises
     ------

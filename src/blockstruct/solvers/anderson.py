@@ -1,29 +1,28 @@
-"""Anderson acceleration of an iteration whose fixed point is sought."""
+"""Accelerate a fixed-point iteration by Anderson's method."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Relative addition to the diagonal of the normal equations, and the growth of a change after which what was
-#: remembered is of no use.
+#: Relative addition to the diagonal of the normal equations; growth of a change above which the memory is discarded.
 REGULARISATION, GROWN = 1e-10, 2.0
-#: What keeps the equations of changes that are all zero from being singular.
+#: Absolute addition that keeps the equations regular if all changes are zero.
 TINY = 1e-300
 
 
 class Anderson:
-    """Points from which an iteration changes least, as far as its last changes tell.
+    """Predict the point at which an iteration changes least.
 
-    D. G. Anderson, J. ACM 12 (1965) 547–560, doi:10.1145/321296.321305; here of the second type, H. Fang, Y. Saad,
-    Numer. Linear Algebra Appl. 16 (2009) 197–221, doi:10.1002/nla.617.
+    The prediction follows the last changes. D. G. Anderson, J. ACM 12 (1965) 547–560, doi:10.1145/321296.321305; here
+    the second type, H. Fang, Y. Saad, Numer. Linear Algebra Appl. 16 (2009) 197–221, doi:10.1002/nla.617.
 
     Parameters
     ----------
     weight : (N,) array
-        Of each number in the norm of a change.
+        Weight of each number in the norm of a change.
     memory
-        Changes that are remembered.
+        Number of changes in memory.
     """
 
     def __init__(self, weight: Array, memory: int) -> None:
@@ -34,7 +33,10 @@ class Anderson:
         self._last: tuple[Array, Array, float] | None = None
 
     def point(self, before: Array, after: Array) -> Array:
-        """Where to go on from, after the iteration has taken a point (N,) to another."""
+        """Return the next point of the iteration.
+
+        The iteration has taken the point ``before`` (N,) to ``after`` (N,).
+        """
         change = self._weight * (after - before)
         size = float(np.einsum("i,i->", change, change))
         last, self._last = self._last, (after.copy(), change, size)

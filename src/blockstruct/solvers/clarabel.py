@@ -1,4 +1,7 @@
-"""Clarabel, called directly: one solver object per pattern, its numbers updated in place."""
+"""Call Clarabel directly, with one solver object per pattern.
+
+Its numbers are updated in place.
+"""
 
 from time import perf_counter
 from typing import Any
@@ -21,12 +24,14 @@ _STATUS = {
 
 
 class ClarabelSolver:
-    """Interior-point solver of Goulart & Chen (2024), doi:10.48550/arXiv.2405.12762.
+    """Interior-point solver of Goulart & Chen (2024).
+
+    Source: doi:10.48550/arXiv.2405.12762.
 
     Parameters
     ----------
     max_iterations
-        Interior-point iterations of one program.
+        Most interior-point iterations of one program.
     """
 
     def __init__(self, max_iterations: int = 200) -> None:
@@ -35,17 +40,20 @@ class ClarabelSolver:
         self.settings.max_iter = max_iterations
         # Measured on 2,400 blocks: up to twice as fast as the supernodal factorisation.
         self.settings.direct_solve_method = "qdldl"
-        # The program comes scaled. Row and column scaling on top would depend on the directions of the global axes,
-        # and with it the choice among equally good forces, from which the non-associative iteration goes on.
+        # The program is already scaled. More row and column scaling would depend on the directions of the global axes.
+        # So would the choice among equally good forces, which the non-associative iteration continues from.
         self.settings.equilibrate_enable = False
-        # Updating numbers in place needs the pattern left as it is.
+        # Numbers can be updated in place only if the pattern stays the same.
         self.settings.presolve_enable = False
         self.settings.input_sparse_dropzeros = False
         self._program: ConicProgram | None = None
         self._solver: Any = None
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
-        """Solve one program; the factorisation's pattern is kept while the program is the same object."""
+        """Solve one program.
+
+        The pattern of the factorisation is kept while the program is the same object.
+        """
         start = perf_counter()
         self.settings.tol_gap_abs = self.settings.tol_gap_rel = self.settings.tol_feas = tolerance
         if program is self._program:

@@ -1,4 +1,7 @@
-"""Any conic solver CVXPY has: the readable reference for cross-checks."""
+"""Solve conic programs by any solver in CVXPY, for cross-checks.
+
+This is the readable reference.
+"""
 
 import time
 import warnings
@@ -27,10 +30,10 @@ _OPTIONS = {
 
 
 class CvxpySolver:
-    """Builds the program anew for every step.
+    """Solver in CVXPY that builds the program again for every step.
 
-    CLARABEL, SCS and ECOS are asked for the tolerance of the program; other solvers run with their own. CVXPY reports
-    no ray of an unbounded program, so such a program ends without one.
+    CLARABEL, SCS and ECOS use the tolerance of the program. Other solvers use their default tolerance. CVXPY reports no
+    ray for an unbounded program, so the result has no ray.
 
     Parameters
     ----------
@@ -65,7 +68,7 @@ class CvxpySolver:
         start = time.perf_counter()
         try:
             with warnings.catch_warnings():
-                # An inaccurate solution is judged by its certificate.
+                # The certificate judges an inaccurate solution.
                 warnings.simplefilter("ignore")
                 problem.solve(solver=self.name, **_OPTIONS.get(self.name, lambda _: {})(tolerance))
             status = _STATUS.get(problem.status, SolverStatus.FAILED)

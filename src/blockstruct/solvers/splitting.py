@@ -1,4 +1,7 @@
-"""Frictional contact over one step of displacement: the elastic structure and its contacts in turn."""
+"""Solve frictional contact over one step of displacement by splitting.
+
+The iteration alternates between the elastic structure and its contacts.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,33 +18,33 @@ from blockstruct.solvers.interior_point.schur import OPTIONS
 
 Array = NDArray[np.float64]
 
-#: Smallest force that a penalty is made for, in mean normal forces.
+#: Smallest force that determines a penalty, in mean normal forces.
 LEAST_FORCE = 0.05
-#: Share of the change of normal forces and of slip that friction and dilatancy follow in one iteration. Measured: with
+#: Share of the change of normal forces and slip that friction and dilatancy follow in one iteration. Measured: with
 #: 0.05 or 0.2 the forces of 2,430 blocks settle more slowly.
 FOLLOWS = 0.1
-#: Iterations between two looks at the residual, each of which accelerates them, and changes remembered for that.
+#: Iterations between two checks of the residual, each with one acceleration; changes in the acceleration's memory.
 LOOK, MEMORY = 5, 20
 #: Over-relaxation of forces (Boyd et al., section 3.4.3).
 RELAXED = 1.5
-#: Entries of the matrix that are rounding, relative to its diagonal. Measured on walls pushed in their plane: up to
-#: 1e-10 of it, and nothing from there to 1e-8.
+#: Matrix entries below this share of the diagonal count as rounding. Measured on walls pushed in their plane: rounding
+#: is up to 1e-10 of the diagonal, and no entries lie between that and 1e-8.
 NOISE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class SplitSolution:
-    """A state, and how far it is from solving its step.
+    """State with the errors of its step.
 
     Attributes
     ----------
     state : ContactState
         Its forces are in equilibrium.
     missed, changed, lag : float
-        Norms relative to that of all forces, or of the dead load where it is larger: by how much they miss their
-        conditions, by how much the last iteration has changed them, and how far friction is from the normal forces
-        that it follows.
+        Relative norms: violation of the conditions, change in the last iteration, and distance of friction from the
+        normal forces that it follows. The scale is the norm of all forces, or of the dead load if that is larger.
     iterations : int
+        Number of iterations.
     """
 
     state: ContactState
@@ -52,20 +55,24 @@ class SplitSolution:
 
     @property
     def residual(self) -> float:
-        """Largest of the three; NaN if one is."""
+        """Return the largest of the three errors; NaN if one is NaN."""
         return float(np.max([self.missed, self.changed, self.lag]))
 
 
 class Splitting:
-    """Finds x, u and α of a step of :class:`~blockstruct.solvers.interior_point.ContactProblem`, to three digits or so.
+    """Find x, u and α of a step to about three digits.
 
-    Alternating directions (S. Boyd, N. Parikh, E. Chu, B. Peleato, J. Eckstein, Foundations and Trends in Machine
-    Learning 3 (2011) 1–122, doi:10.1561/2200000016): the structure with elastic contacts, for which all iterations of
-    a step share one factorisation; then every condition by itself, by projection. The resistance ``c A_k + μ n`` of a
-    contact and the opening ``tan ψ ‖w_t‖`` by which it dilates follow normal forces and slip of the iterations before,
-    smoothed. The rest is convex. Measured: without smoothing, the forces of walls of 400 blocks swing for ever, and the
-    load factor of a wall of 21 blocks depends by 9 % on their order. With it, the forces of walls of 2,400 blocks swing
-    unless iterations are accelerated (:class:`~blockstruct.solvers.anderson.Anderson`).
+    The step is the one of :class:`~blockstruct.solvers.interior_point.ContactProblem`. The method uses alternating
+    directions (S. Boyd, N. Parikh, E. Chu, B. Peleato, J. Eckstein, Foundations and Trends in Machine Learning 3 (2011)
+    1–122, doi:10.1561/2200000016). Each iteration first solves the structure with elastic contacts. All iterations of a
+    step share one factorisation. Each iteration then satisfies every condition separately, by projection.
+
+    The resistance ``c A_k + μ n`` of a contact follows the normal forces of earlier iterations, smoothed. The opening
+    ``tan ψ ‖w_t‖`` by which it dilates follows their slip, smoothed. The rest is convex.
+
+    Measured: without smoothing, the forces of walls of 400 blocks oscillate for ever. The load factor of a wall of 21
+    blocks depends by 9 % on their order. With smoothing, the forces of walls of 2,400 blocks oscillate unless
+    iterations are accelerated (:class:`~blockstruct.solvers.anderson.Anderson`).
 
     Parameters
     ----------
@@ -77,11 +84,11 @@ class Splitting:
         own, points = contact.conditions, contact.problem.n_points
         lines, cones = len(own.offset.line), len(own.offset.soc)
         self._contact, self._points, self._lines = contact, points, lines
-        # Cones whose first row is a resistance: those of contact points, and the second ones of uniform torsion.
+        # Cones whose first row is a resistance: the cones of contact points, and the second cones of uniform torsion.
         self._discs = np.concatenate([np.arange(points), np.arange(cones - len(contact.problem.torsion), cones)])
         self._cones = np.setdiff1d(np.arange(cones), self._discs)
         first, others = lines + 3 * self._discs, lines + 3 * self._cones
-        # The rows in which a state is told apart: half-lines, both directions of sliding, and the other cones.
+        # Order of the rows of a state: half-lines, both directions of sliding, and the other cones.
         self._order = np.concatenate([np.arange(lines), first + 1, first + 2, (others[:, None] + np.arange(3)).ravel()])
         self._s, self._t = (slice(lines + k * len(first), lines + (k + 1) * len(first)) for k in (0, 1))
         self._resists, self._dilates = sp.csr_array(own.E[first]), sp.csr_array(own.F[first].T)
@@ -96,34 +103,40 @@ class Splitting:
             )
             for g in own.groups
         ]
-        # The last two auxiliary variables of the effective rectangle are no forces: one grows with its strength.
+        # The last two auxiliary variables of the effective rectangle are not forces: one grows with the strength.
         rectangles, torsion = len(contact.problem.rectangles), len(contact.problem.torsion)
         self._is_force = np.ones(own.size, dtype=bool)
         self._is_force[3 * points + 2 * rectangles : contact.ties.start - torsion] = False
         self._soft = self._softness()
 
     def _softness(self) -> Array:
-        """Compliance of every row in its own unit; of ties, which have none, the median of all joints."""
+        """Return the compliance of every row in the row's own unit.
+
+        Ties have no compliance and get the median of all joints.
+        """
         E = sp.diags_array(self._convex) @ self._contact.conditions.E
         square = E.multiply(E)
         of_row: Array = np.asarray(square.sum(axis=1)).ravel()
         soft = square @ self._contact.compliance / np.maximum(of_row, 1e-300)
         soft, of_row = np.where(soft > 0, soft, 1.0), np.where(of_row > 0, of_row, 1.0)
-        # A projection onto a cone needs one and the same unit in its rows.
+        # A projection onto a cone needs the same unit in all its rows.
         for values in (soft, of_row):
             values[self._lines :] = np.repeat(values[self._lines :].reshape(-1, 3).max(axis=1), 3)
         return np.asarray(soft / of_row)
 
     def start(self) -> ContactState:
-        """A state without forces."""
+        """Return a state without forces."""
         own = self._contact.conditions
         nothing = 0.0 * own.identity()
         return ContactState(np.zeros(own.size), nothing, nothing, np.zeros(self._contact.A.shape[0]), 0.0)
 
     def predicted(self, state: ContactState, ratio: float) -> ContactState:
-        """What to begin a step with that is as many times as long as the last, if everything goes on as it did."""
+        """Predict the start of a step if the last motion continues.
+
+        ``ratio`` is the length of the step relative to the last.
+        """
         line, K = ratio * state.z.line, self._points
-        # The opening of contacts is that of all steps together.
+        # The opening of contacts accumulates over all steps.
         opening, last = state.z.line[:K], (self._contact.AT @ state.u)[: 3 * K : 3]
         line[:K] = np.where(opening > 0, np.maximum(opening + ratio * last, 0.0), 0.0)
         return ContactState(state.x, state.y, ConeVector(ratio * state.z.soc, line), state.u, state.alpha)
@@ -140,12 +153,13 @@ class Splitting:
         guess
             State to begin with.
         penalty
-            Displacement that a force costs by which a contact misses its conditions, in multiples of the compliance
-            of the joint under a mean force: about as much more as the step is longer than the elastic displacement.
+            Displacement per unit of force by which a contact misses its conditions. Its unit is the compliance of the
+            joint under a mean force. A suitable value is the length of the step in elastic displacements.
         tolerance
-            Of the residual.
+            Tolerance of the residual.
         patience
-            Iterations in which the residual must halve. If it does not, the state is returned as it is.
+            Number of iterations in which the residual must halve. If it does not, the method returns the state at that
+            point.
 
         Raises
         ------
@@ -159,7 +173,7 @@ class Splitting:
         solve = _factorised(sp.coo_array(AH @ contact.AT))
         push = solve(w_L)
         stiffness = _dot(w_L, push)
-        # Forces are linear in what conditions ask for, in the rate of sliding where it dilates, and in velocities.
+        # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities.
         asked = sp.csr_array(sp.hstack([self._E.T @ sp.diags_array(weight), self._dilates]))
         of_asked, of_motion = sp.csr_array(H @ asked), sp.csr_array(-AH.T)
         at_rest = H @ (contact.compliance * step.reference - step.opening - self._E.T @ (weight * self._offset))
@@ -184,7 +198,7 @@ class Splitting:
             rows += rows_at_rest
             forces, wanted = rows[: len(y)], np.maximum(rows[len(y) :], 0.0)
             resistance = resistance + FOLLOWS * (wanted - resistance)
-            # Adding one and taking it off makes zeros of numbers that arithmetic is slow with.
+            # Adding and subtracting one turns tiny numbers, for which arithmetic is slow, into zeros.
             moved, before = dual + y + RELAXED * (forces - y), y
             moved += 1.0
             moved -= 1.0
@@ -193,7 +207,7 @@ class Splitting:
             if self._dilates.nnz:
                 slip = slip + FOLLOWS * (self._slip(-weight * dual) - slip)
             if k % LOOK == 0:
-                # Where the load lifts everything, no forces are left.
+                # No forces are left if the load lifts everything.
                 size, of_friction = (max(_size(v), _size(w_D), 1e-300) for v in (y, resistance))
                 missed, changed = _size(forces - y) / size, _size(y - before) / size
                 lag = _size(wanted - resistance) / of_friction
@@ -213,12 +227,18 @@ class Splitting:
         return SplitSolution(state, missed, changed, lag, k)
 
     def _measure(self, weight: Array) -> Array:
-        """Weights of forces, resistances and slip in the norm of a change: those of work, slip going along."""
+        """Return the weights of a change in its norm, as in work.
+
+        The change consists of forces, resistances and slip. The slip has zero weight.
+        """
         of_slip = np.zeros(len(self._discs))
         return np.asarray(np.sqrt(np.concatenate([weight, of_slip + np.median(weight), of_slip])))
 
     def _weights(self, x: Array) -> Array:
-        """What each row weighs: its compliance, and the less the more force there is."""
+        """Return the weight of each row.
+
+        The weight is the row's compliance, reduced if forces are large.
+        """
         weights = self._soft.copy()
         mean = np.abs(x[: 3 * self._points : 3]).mean()
         if mean > 0:
@@ -229,7 +249,7 @@ class Splitting:
         return weights
 
     def _inverse(self, weight: Array) -> sp.csr_array:
-        """``(C + Eᵀ P E)⁻¹``, a matrix of small blocks."""
+        """Return ``(C + Eᵀ P E)⁻¹``, a matrix of small blocks."""
         size, entries = self._contact.conditions.size, []
         for group, rows in zip(self._contact.conditions.groups, self._rows, strict=True):
             H = np.einsum("gri,gr,grj->gij", group.E, (weight * self._convex)[rows], group.E)
@@ -243,7 +263,7 @@ class Splitting:
         return inverse
 
     def _projected(self, rows: Array, resistance: Array) -> Array:
-        """Nearest rows that fulfil every condition, each by itself."""
+        """Return the nearest rows that satisfy every condition separately."""
         nearest = rows.copy()
         np.maximum(rows[: self._lines], 0.0, out=nearest[: self._lines])
         size = np.maximum(self._slip(rows), 1e-300)
@@ -268,7 +288,10 @@ class Splitting:
 
 
 def _factorised(M: sp.coo_array) -> Callable[[Array], Array]:
-    """What solves with M. A wall pushed in its plane falls into two problems if the noise between them is left out."""
+    """Return a function that solves with M.
+
+    Without the noise between them, a wall pushed in its plane separates into two problems.
+    """
     scale = np.sqrt(M.diagonal())
     i, j = M.coords
     kept = np.abs(M.data) > NOISE * scale[i] * scale[j]
@@ -278,7 +301,10 @@ def _factorised(M: sp.coo_array) -> Callable[[Array], Array]:
 
 
 def _dot(a: Array, b: Array) -> float:
-    """Inner product without the threads of a BLAS, which cost more than they save on vectors of this length."""
+    """Return the inner product without the threads of a BLAS.
+
+    For vectors of this length, threads cost more time than they save.
+    """
     return float(np.einsum("i,i->", a, b))
 
 

@@ -1,4 +1,4 @@
-"""An interior-point loop of our own for frictional contact with elastic joints, step by step."""
+"""Solve frictional contact with elastic joints by interior points."""
 
 from blockstruct.solvers.interior_point.contact_step import ContactProblem
 from blockstruct.solvers.interior_point.state import ContactSolution, ContactState, Step

@@ -1,4 +1,7 @@
-"""The failure conditions of a conic program, taken apart into small dense groups that do not know of each other."""
+"""Split the failure conditions of a conic program into small groups.
+
+The groups are dense and independent.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,16 +19,19 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Members of one shape: a contact point, the four of a rectangle that crushes with its auxiliary variables, a tie.
+    """Members of one shape, each with its own variables and conditions.
+
+    A member is a contact point, a crushing rectangle, or a tie. A rectangle has four contact points and auxiliary
+    variables.
 
     Attributes
     ----------
     columns : (G, d) array
         Variables of each member.
     cones, lines : (G, m), (G, l) arrays
-        Its cones and half-lines.
+        Cones and half-lines of each member.
     E, F : (G, 3 m + l, d) arrays
-        Rows of the conditions on the forces, and of their part in the flow rule; first those of the cones.
+        Rows of the conditions on the forces, and of the flow rule; rows of cones come first.
     """
 
     columns: Index
@@ -35,7 +41,7 @@ class Group:
     F: Array
 
     def weighted(self, square: tuple[Array, Array]) -> Array:
-        """``W⁻² E`` of each member, (G, 3 m + l, d)."""
+        """Return ``W⁻² E`` of each member, (G, 3 m + l, d)."""
         soc, line = square
         (members, m), d = self.cones.shape, self.columns.shape[1]
         of_cones = np.matmul(soc[self.cones], self.E[:, : 3 * m].reshape(members, m, 3, d))
@@ -44,12 +50,12 @@ class Group:
 
 
 class Conditions:
-    """Failure conditions ``y = E x + e ∈ K`` and flow rule ``Fᵀ z`` of a program, for variables x without α.
+    """Failure conditions ``y = E x + e ∈ K`` and flow rule ``Fᵀ z``.
 
-    With z in the dual cone, ``y ∘ z = 0``, Fᵀ z is the relative velocity at each contact point. Sliding is
-    ``(c A_k + μ n, s, t) ⊥ (z_0, w_s, w_t)`` in the second-order cone and no tension ``n + f_t A_k ⊥ ζ ≥ 0``; the
-    opening is ``tan ψ z_0 + ζ``, so E and F differ in one coefficient, μ and tan ψ, and the complementarity
-    without dilatancy has no norm in it. For ``tan ψ = μ`` it is the associative program.
+    The variables x do not include α. With z in the dual cone and ``y ∘ z = 0``, Fᵀ z is the relative velocity at each
+    contact point. Sliding is ``(c A_k + μ n, s, t) ⊥ (z_0, w_s, w_t)`` in the second-order cone. No tension is ``n +
+    f_t A_k ⊥ ζ ≥ 0``. The opening is ``tan ψ z_0 + ζ``. So E and F differ in one coefficient, μ and tan ψ. The
+    complementarity without dilatancy contains no norm. For ``tan ψ = μ`` it is the associative program.
 
     Parameters
     ----------
@@ -61,7 +67,7 @@ class Conditions:
 
     def __init__(self, program: ConicProgram, sliding: Sliding | None = None) -> None:
         problem, first = program.problem, program.zero_rows + 1
-        # A cone of friction zero has no inside.
+        # A cone of zero friction has no interior.
         true = sliding or true_sliding(problem)
         friction = np.maximum(true.slope, 1e-6)
         forces = program.data(Sliding(true.bound, friction))
@@ -81,15 +87,18 @@ class Conditions:
         self.groups = _groups(self.E, self.F, self._lines)
 
     def identity(self) -> ConeVector:
-        """Unit element of all cones."""
+        """Return the unit element of all cones."""
         return ConeVector.identity(self._cones, self._lines)
 
     def of_forces(self, x: Array) -> ConeVector:
-        """``E x``."""
+        """Return ``E x``."""
         return self._vector(np.asarray(self.E @ x))
 
     def forces_of(self, y: ConeVector, x: Array) -> Array:
-        """Forces that give the sliding cones of y, the first K; those that no cone limits, and all else, are of x."""
+        """Return forces whose sliding cones are the first K cones of y.
+
+        Forces without a sliding limit, and all other variables, come from x.
+        """
         sliding = y.soc[: len(self._friction)]
         normal = (sliding[:, 0] - self._bound) / self._friction
         limited = np.column_stack([normal, sliding[:, 1:]])
@@ -97,11 +106,11 @@ class Conditions:
         return np.concatenate([forces, x[len(forces) :]])
 
     def flow(self, z: ConeVector) -> Array:
-        """``Fᵀ z``."""
+        """Return ``Fᵀ z``."""
         return np.asarray(self._FT @ z.rows)
 
     def weights(self, scaling: Scaling, compliance: Array) -> "Weights":
-        """``(C + Fᵀ W⁻² E)⁻¹``, member by member."""
+        """Return ``(C + Fᵀ W⁻² E)⁻¹``, member by member."""
         square = scaling.inverse_square()
         inverses = []
         for group in self.groups:
@@ -117,27 +126,30 @@ class Conditions:
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """What eliminates the contacts from one Newton step."""
+    """Inverse matrices that eliminate the contacts from a Newton step."""
 
     conditions: Conditions
     square: tuple[Array, Array]
     inverses: list[Array]
 
     def solve(self, b: Array) -> Array:
-        """``(C + Fᵀ W⁻² E)⁻¹ b``."""
+        """Return ``(C + Fᵀ W⁻² E)⁻¹ b``."""
         x = np.empty_like(b)
         for group, inverse in zip(self.conditions.groups, self.inverses, strict=True):
             x[group.columns] = np.einsum("gij,gj->gi", inverse, b[group.columns])
         return x
 
     def times(self, a: ConeVector) -> ConeVector:
-        """``W⁻² a``."""
+        """Return ``W⁻² a``."""
         soc, line = self.square
         return ConeVector(np.einsum("mij,mj->mi", soc, a.soc), line * a.line)
 
 
 def _inverse(H: Array) -> Array:
-    """Inverses of small matrices, (G, d, d); those of three rows by their cofactors."""
+    """Return the inverses of small matrices, (G, d, d).
+
+    Matrices of three rows are inverted by cofactors.
+    """
     if H.shape[1] != 3:
         return np.asarray(np.linalg.inv(H))
     rows = np.stack([np.cross(H[:, :, (c + 1) % 3], H[:, :, (c + 2) % 3]) for c in range(3)], axis=1)
@@ -145,7 +157,7 @@ def _inverse(H: Array) -> Array:
 
 
 def _groups(E: sp.csr_array, F: sp.csr_array, lines: int) -> list[Group]:
-    """Groups of the connected parts of E, by their shape."""
+    """Group the connected parts of E by shape."""
     # Loaded here: csgraph is slow to import.
     from scipy.sparse import csgraph
 
@@ -181,7 +193,7 @@ def _groups(E: sp.csr_array, F: sp.csr_array, lines: int) -> list[Group]:
 
 
 def _listed(of: NDArray[Any], number: Index) -> Index:
-    """Items of each member, in turn, (G, items per member)."""
+    """Return the items of each member, (G, items per member)."""
     mine = np.flatnonzero(number[of] >= 0)
     order = mine[np.argsort(number[of[mine]], kind="stable")]
     return order.reshape(number.max() + 1, -1)

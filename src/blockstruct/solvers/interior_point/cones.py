@@ -1,7 +1,8 @@
-"""Second-order cones of three dimensions and half-lines, many at a time, and their Nesterov–Todd scaling.
+"""Compute with products of cones and their Nesterov–Todd scaling.
 
-The algebra is that of symmetric cones: Y. E. Nesterov, M. J. Todd (1997), doi:10.1287/moor.22.1.1; for second-order
-cones F. Alizadeh, D. Goldfarb (2003), doi:10.1007/s10107-002-0339-5.
+The cones are second-order cones of three dimensions and half-lines. The algebra is the algebra of symmetric cones: Y.
+E. Nesterov, M. J. Todd (1997), doi:10.1287/moor.22.1.1; for second-order cones F. Alizadeh, D. Goldfarb (2003),
+doi:10.1007/s10107-002-0339-5.
 """
 
 from collections.abc import Callable
@@ -13,18 +14,22 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Smallest divisor: a cone's determinant that rounding has made zero.
+#: Smallest divisor, for a determinant that rounding has made zero.
 TINY = 1e-280
 
 
 @dataclass(frozen=True, slots=True)
 class ConeVector:
-    """A point in the product of M cones ``‖(y_1, y_2)‖ ≤ y_0`` and L half-lines ``y ≥ 0``, or a change of one.
+    """Point, or change of a point, in a product of cones.
+
+    The product has M cones ``‖(y_1, y_2)‖ ≤ y_0`` and L half-lines ``y ≥ 0``.
 
     Attributes
     ----------
     soc : (M, 3) array
+        Entries of the cones.
     line : (L,) array
+        Entries of the half-lines.
     """
 
     soc: Array
@@ -32,21 +37,21 @@ class ConeVector:
 
     @classmethod
     def identity(cls, m: int, n: int) -> Self:
-        """The unit element of m cones and n half-lines."""
+        """Return the unit element of m cones and n half-lines."""
         return cls(np.tile([1.0, 0.0, 0.0], (m, 1)), np.ones(n))
 
     @property
     def rows(self) -> Array:
-        """All entries, those of the half-lines first, (L + 3 M,)."""
+        """Return all entries (L + 3 M,), half-lines first."""
         return np.concatenate([self.line, self.soc.ravel()])
 
     @property
     def degree(self) -> int:
-        """Number of cones, each of which counts once."""
+        """Return the number of cones and half-lines."""
         return len(self.soc) + len(self.line)
 
     def dot(self, other: "ConeVector") -> float:
-        """Inner product."""
+        """Return the inner product."""
         return float((self.soc * other.soc).sum() + self.line @ other.line)
 
     def __add__(self, other: "ConeVector") -> "ConeVector":
@@ -61,21 +66,24 @@ class ConeVector:
     __rmul__ = __mul__
 
     def times(self, other: "ConeVector") -> "ConeVector":
-        """Jordan product."""
+        """Return the Jordan product."""
         a, b = self.soc, other.soc
         product = a[:, :1] * b + b[:, :1] * a
         product[:, 0] = (a * b).sum(axis=1)
         return ConeVector(product, self.line * other.line)
 
     def solve(self, other: "ConeVector") -> "ConeVector":
-        """The q with ``self ∘ q = other``."""
+        """Return the q with ``self ∘ q = other``."""
         a, b = self.soc, other.soc
         head = (a[:, 0] * b[:, 0] - (a[:, 1:] * b[:, 1:]).sum(axis=1)) / _determinant(a)
         tail = (b[:, 1:] - a[:, 1:] * head[:, None]) / a[:, :1]
         return ConeVector(np.column_stack([head, tail]), other.line / self.line)
 
     def longest_step(self, change: "ConeVector") -> float:
-        """Largest t, infinite if any, for which ``self + t change`` stays inside."""
+        """Return the largest t for which ``self + t change`` stays inside.
+
+        It is infinite if there is no limit.
+        """
         y, d = self.soc, change.soc
         a = d[:, 0] ** 2 - d[:, 1] ** 2 - d[:, 2] ** 2
         b = y[:, 0] * d[:, 0] - y[:, 1] * d[:, 1] - y[:, 2] * d[:, 2]
@@ -85,27 +93,33 @@ class ConeVector:
             q = -(b + np.where(b >= 0, root, -root))
             candidates = np.stack([q / a, c / q, np.where(d[:, 0] < 0, -y[:, 0] / d[:, 0], np.inf)])
             lines = np.where(change.line < 0, -self.line / change.line, np.inf)
-        # No real root, or none ahead: the ray never leaves the cone.
+        # Without a positive real root, the ray never leaves the cone.
         ahead = np.where(candidates > 0, candidates, np.inf)
         return float(min(ahead.min(initial=np.inf), lines.min(initial=np.inf)))
 
     def inverse(self) -> "ConeVector":
-        """The q with ``self ∘ q = e``."""
+        """Return the q with ``self ∘ q = e``."""
         soc = self.soc * [1.0, -1.0, -1.0] / _determinant(self.soc)[:, None]
         return ConeVector(soc, 1 / self.line)
 
     def inside(self, other: "ConeVector", share: float) -> "ConeVector":
-        """Cone by cone, self where it is inside by a share of what other is, and other elsewhere."""
+        """Return self in each cone where it is deep enough, else other.
+
+        The depth inside the cone must exceed a share of the depth of ``other``.
+        """
         depth, least = (v.soc[:, 0] - np.hypot(v.soc[:, 1], v.soc[:, 2]) for v in (self, other))
         soc = np.where((depth > share * least)[:, None], self.soc, other.soc)
         return ConeVector(soc, np.where(self.line > share * other.line, self.line, other.line))
 
     def clipped(self, low: float, high: float) -> "ConeVector":
-        """The same with its eigenvalues moved into an interval."""
+        """Return the vector with eigenvalues clipped to an interval."""
         return self.spectral(lambda value, _: np.clip(value, low, high), self.soc[:, 0], self.line)
 
     def spectral(self, function: Callable[[Array, Array], Array], soc: Array, line: Array) -> "ConeVector":
-        """A function of the eigenvalues, with a parameter for each cone (M,) and half-line (L,)."""
+        """Apply a function to the eigenvalues.
+
+        The function has a parameter for each cone (M,) and half-line (L,).
+        """
         size = np.hypot(self.soc[:, 1], self.soc[:, 2])
         direction = self.soc[:, 1:] / np.maximum(size, TINY)[:, None]
         low, high = function(self.soc[:, 0] - size, soc), function(self.soc[:, 0] + size, soc)
@@ -114,11 +128,12 @@ class ConeVector:
 
 
 def centred(y: ConeVector, z: ConeVector, mu: float) -> ConeVector:
-    """The y' near y for which ``z' = mu y'⁻¹`` is near z; neither y nor z need be inside.
+    """Return the y' near y for which ``z' = mu y'⁻¹`` is near z.
 
-    ``y' − ρ z' = y − ρ z`` with ρ the ratio of their sizes, in each cone within a factor of three of the mean: what is
-    large hardly moves. Measured: further from the mean the forces are thrown off so far that the loop does not
-    recover; at the mean itself walls of 800 blocks take half as many iterations again.
+    Neither y nor z need be inside. ``y' − ρ z' = y − ρ z``, where ρ is the ratio of their sizes. In each cone, ρ is
+    within a factor of three of the mean. Large entries therefore hardly change. Measured: further from the mean, forces
+    change so much that the loop does not recover. At the mean itself, walls of 800 blocks take half as many iterations
+    again.
     """
     of_y, of_z = (np.linalg.norm(v.soc, axis=1) for v in (y, z))
     mean = max(float(of_y.mean()), TINY) / max(float(of_z.mean()), TINY)
@@ -129,7 +144,7 @@ def centred(y: ConeVector, z: ConeVector, mu: float) -> ConeVector:
     w = ConeVector(y.soc - soc[:, None] * z.soc, y.line - line * z.line)
 
     def root(value: Array, rho: Array) -> Array:
-        """Positive root of ``t² − value t − rho mu``."""
+        """Return the positive root of ``t² − value t − rho mu``."""
         length = np.sqrt(value**2 + 4 * rho * mu)
         return np.where(value > 0, (value + length) / 2, 2 * rho * mu / np.maximum(length - value, TINY))
 
@@ -142,7 +157,7 @@ def _determinant(y: Array) -> Array:
 
 
 class Scaling:
-    """The scaling W of Nesterov & Todd at (y, z), symmetric: ``W z = W⁻¹ y = λ``.
+    """Symmetric scaling W of Nesterov & Todd: ``W z = W⁻¹ y = λ``.
 
     Parameters
     ----------
@@ -162,15 +177,15 @@ class Scaling:
         self.point = self.times(z)
 
     def times(self, a: ConeVector) -> ConeVector:
-        """``W a``."""
+        """Return ``W a``."""
         return self._applied(a, 1.0, self._eta, self._line)
 
     def divided(self, a: ConeVector) -> ConeVector:
-        """``W⁻¹ a``."""
+        """Return ``W⁻¹ a``."""
         return self._applied(a, -1.0, 1 / self._eta, 1 / self._line)
 
     def inverse_square(self) -> tuple[Array, Array]:
-        """``W⁻²``: (M, 3, 3) of the cones, (L,) of the half-lines."""
+        """Return ``W⁻²``: cones (M, 3, 3), half-lines (L,)."""
         w = self._w * [1.0, -1.0, -1.0]
         square = 2 * w[:, :, None] * w[:, None, :] - np.diag([1.0, -1.0, -1.0])
         return square / (self._eta**2)[:, None, None], self._line**-2.0

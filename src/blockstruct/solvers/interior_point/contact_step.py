@@ -1,4 +1,7 @@
-"""Frictional contact over one step of displacement: a primal–dual interior-point loop."""
+"""Solve frictional contact over one step of displacement.
+
+The method is a primal–dual interior-point loop.
+"""
 
 from copy import copy
 from functools import cached_property
@@ -17,35 +20,35 @@ from blockstruct.solvers.interior_point.state import ContactSolution, ContactSta
 
 Array = NDArray[np.float64]
 
-#: Share of the way to the boundary where the central path turns back, and how far the gap may rise on that way.
+#: Share of the way to the boundary at a turn of the central path; largest growth of the gap on the way back.
 TURNING_STEP, LARGEST_TURN = 0.5, 1.5
-#: Iterations in which the largest residual must halve, and the shortest step.
+#: Number of iterations in which the largest residual must halve; shortest step.
 PATIENCE, SHORTEST = 20, 1e-7
-#: Complementarity gap of a state to begin with, in multiples of the work of its step. Measured: with ten times the work
-#: a first step takes half as many factorisations as from the state under dead load (820 blocks: 20 instead of 51).
+#: Complementarity gap of a first state, in multiples of the work of its step. Measured: with ten times the work, a
+#: first step takes half as many factorisations as from the state under dead load (820 blocks: 20 instead of 51).
 WIDE = 10.0
 
 
 class ContactProblem:
-    """Finds x, u and α of a step with equilibrium, elastic contacts, friction and crushing.
+    """Find x, u and α of a step with elastic, frictional contacts.
 
-    With compliances C the step is
+    Joints may also crush. With compliances C the step is
 
         ``A x + w_D + α w_L = 0``, ``C (x − x_0) + δ + Aᵀ u = Fᵀ z``, ``w_L·u = s``,
         ``E x + e = y ∈ K``, ``z ∈ K``, ``y ∘ z = 0``
 
-    (:class:`Conditions`): linear but for the last. Where sliding dilates less than it rubs, F is not E, the problem is
-    not monotone and its central path may turn back. The loop then follows it round the turn, with growing gap,
-    instead of stopping there. The same law with De Saxcé's norm in it: V. Acary, P. Armand, H. M. Nguyen,
-    M. Shpakovych, "Second-order cone programming for frictional contact mechanics using interior point algorithm",
-    Optimization Methods and Software (2024).
+    (:class:`Conditions`). Only the last equation is nonlinear. If the slope of dilatancy is less than friction, F is
+    not E, and the problem is not monotone. The central path may then turn back. The loop follows the path round the
+    turn, with a growing gap, instead of stopping there. The same law with De Saxcé's norm: V. Acary, P. Armand, H. M.
+    Nguyen, M. Shpakovych, "Second-order cone programming for frictional contact mechanics using interior point
+    algorithm", Optimization Methods and Software (2024).
 
     Parameters
     ----------
     program
         The program, with exact crushing. Its ties are rigid until they yield.
     compliance : (K, 3) array
-        Of each contact point, displacement per unit of force.
+        Compliance of each contact point, displacement per unit of force.
     """
 
     def __init__(self, program: ConicProgram, compliance: Array) -> None:
@@ -58,45 +61,53 @@ class ContactProblem:
         self.A = sp.csr_array(sp.hstack(columns))
         self.AT = sp.csr_array(self.A.T)
         self.compliance = np.concatenate([compliance.ravel(), np.zeros(auxiliary + len(ties))])
-        #: Where the forces of ties stand among the variables, and ``T' ≥ 0`` among the half-lines.
+        #: Positions of tie forces among the variables, and of ``T' ≥ 0`` among the half-lines.
         self.ties = slice(size - len(ties), size)
         self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
 
     @cached_property
     def complement(self) -> SchurComplement:
-        """Pattern of what is factorised in every iteration."""
+        """Return the Schur complement with the pattern of all factorisations."""
         return SchurComplement(sp.csc_array(self.A), self.conditions)
 
     def with_sliding(self, sliding: Sliding) -> Self:
-        """The same contacts with another sliding condition."""
+        """Return the same contacts with another sliding condition."""
         other = copy(self)
         other.conditions = Conditions(self._program, sliding)
         return other
 
     def rigid(self, sliding: Sliding) -> Self:
-        """The same contacts without compliance, with another sliding condition."""
-        # Found here, the pattern is there for all that share it.
+        """Return the same contacts without compliance.
+
+        They have another sliding condition.
+        """
+        # Computed here, the pattern is available to all copies.
         pattern = self.complement
         other = self.with_sliding(sliding)
         other.compliance, other.complement = np.zeros_like(self.compliance), pattern
         return other
 
     def start(self) -> ContactState:
-        """A state to begin with: unit forces and multipliers, nothing moved."""
+        """Return a state with unit forces and multipliers.
+
+        Its displacements are zero.
+        """
         one = self.conditions.identity()
         x = np.zeros(self.conditions.size)
         x[: self.problem.n_points * 3 : 3] = 1.0
         return ContactState(x, one, one, np.zeros(self.A.shape[0]), 0.0)
 
     def afresh(self, normal: float, displacement: float, alpha: float) -> ContactState:
-        """A state to begin a step with, on the central path of a wide gap and far from any boundary.
+        """Return a first state for a step.
+
+        It lies on the central path, with a wide gap and far from any boundary.
 
         Parameters
         ----------
         normal
             Normal force at every contact point.
         displacement, alpha
-            Of the step, and the load factor to begin with.
+            Displacement of the step, and first load factor.
         """
         x = np.zeros(self.conditions.size)
         x[: self.problem.n_points * 3 : 3] = normal
@@ -106,30 +117,34 @@ class ContactProblem:
         return ContactState(x, y, mu * y.inverse(), np.zeros(self.A.shape[0]), alpha)
 
     def beside(self, state: ContactState, gap: float) -> ContactState:
-        """A state to begin with near another one of unit work: forces as they are, and pairs that are centred.
+        """Return a first state near another state of unit work.
+
+        Forces are unchanged, and pairs are centred.
 
         Parameters
         ----------
         state
-            Whose pairs need not be inside the cones.
+            State of unit work. Its pairs need not be inside the cones.
         gap
             Complementarity gap, in multiples of the load factor.
         """
         mu = gap * max(abs(state.alpha), 1e-3) / state.y.degree
-        # Pairs of nothing and nothing are thrown far off, and the loop sees it.
+        # Pairs of two zeros diverge, and the loop detects the result.
         with np.errstate(all="ignore"):
             y = centred(self.conditions.of_forces(state.x) + self.conditions.offset, state.z, mu)
             return ContactState(state.x, y, mu * y.inverse(), state.u, state.alpha)
 
     def elastic_displacement(self) -> float:
-        """Displacement ``w_L·u`` under the variable load if every contact held, and no tie.
+        """Return ``w_L·u`` under the variable load with all contacts held.
+
+        Ties do not act.
 
         Raises
         ------
         RuntimeError
             If there are blocks that no contact holds.
         """
-        # Rigid ties that hold the load would leave no displacement to begin with; auxiliary variables are no forces.
+        # Rigid ties that carry the load would leave no displacement to begin with. Auxiliary variables are not forces.
         held = np.zeros_like(self.compliance)
         held[: 3 * self.problem.n_points] = 1 / self.compliance[: 3 * self.problem.n_points]
         stiffness = sp.csc_matrix(self.A @ sp.diags_array(held) @ self.AT)
@@ -146,15 +161,15 @@ class ContactProblem:
         step
             The step.
         guess
-            State to start from; its forces and multipliers need not be inside the cones if it is centred.
+            State to start from. If it is centred, its forces and multipliers need not be inside the cones.
         centring
-            Complementarity gap of the start, in multiples of the work of the step; None takes the state as it is.
+            Complementarity gap of the start, in multiples of the work of the step. With None, the guess is unchanged.
         tolerance
-            Of displacements and gap; a tenth of it of forces.
+            Tolerance of displacements and gap, and ten times the tolerance of forces.
         max_iterations
-            Factorisations.
+            Most factorisations.
         """
-        # A state that diverges ends in infinities or NaN, and the loop sees them.
+        # A diverging state ends in infinities or NaN, and the loop detects them.
         with np.errstate(all="ignore"):
             start = guess if centring is None else self._centred(step, guess, centring)
             return self._solved(step, start, tolerance, max_iterations)
@@ -179,7 +194,7 @@ class ContactProblem:
             tangent = newton.direction(0.0, residuals)
             balanced = max(found.unbalanced, found.incompatible) < found.gap
             if found.gap > LARGEST_TURN * turned_at:
-                # It was no turn, and the way back leads nowhere.
+                # This was not a turn, and the way back has failed.
                 ahead = None
             if balanced and ahead is not None and newton.inner(tangent, ahead) < 0:
                 turned_at = min(turned_at, found.gap)

@@ -1,4 +1,7 @@
-"""Newton's directions at a state of contact: predictor, corrector and centrality correctors of one factorisation."""
+"""Compute Newton's directions at a state of contact.
+
+One factorisation gives predictor, corrector and centrality correctors.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -15,16 +18,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Share of the way to the boundary that a step goes.
+#: Share of the way to the boundary that a step takes.
 FRACTION = 0.99
 #: Centrality correctors per factorisation (Gondzio). Measured: two save a third of the factorisations, more save none.
 CORRECTORS = 2
-#: Rounding that a direction may have, relative to what displacements miss, and refinements to that end.
+#: Largest rounding of a direction, relative to the residual of displacements; most refinements.
 PRECISION, REFINEMENTS = 1e-2, 2
 
 
 class Newton:
-    """Newton's directions at one state, with one factorisation."""
+    """Compute Newton's directions at one state by one factorisation."""
 
     def __init__(self, problem: "ContactProblem", step: Step, state: ContactState, residuals: Residuals) -> None:
         self._problem, self._state, self._residuals = problem, state, residuals
@@ -38,12 +41,15 @@ class Newton:
         self._squared = self._scaling.point.times(self._scaling.point)
 
     def inner(self, a: ContactState, b: ContactState) -> float:
-        """Inner product of two directions in the scaled space."""
+        """Return the inner product of two directions in the scaled space."""
         scaling = self._scaling
         return scaling.divided(a.y).dot(scaling.divided(b.y)) + scaling.times(a.z).dot(scaling.times(b.z))
 
     def direction(self, centre: float, residuals: Residuals, correction: ConeVector | None = None) -> ContactState:
-        """Direction to the point with ``y ∘ z = centre e``, less a correction of second order."""
+        """Return the direction to the point with ``y ∘ z = centre e``.
+
+        Subtract a correction of second order, if there is one.
+        """
         problem, conditions = self._problem, self._problem.conditions
         target = centre * conditions.identity() - self._squared
         if correction is not None:
@@ -63,7 +69,10 @@ class Newton:
         return ContactState(x, y + residuals.forces, h - self._weights.times(y), u, alpha)
 
     def _forces(self, b: Array, equilibrium: Array, work: float) -> tuple[Array, Array, float]:
-        """x, u, α of ``(C + Fᵀ W⁻² E) x + Aᵀ u = b``, ``A x + α w_L = −equilibrium``, ``w_L·u = −work``."""
+        """Solve for x, u and α without contacts' conditions.
+
+        The equations are ``(C + Fᵀ W⁻² E) x + Aᵀ u = b``, ``A x + α w_L = −equilibrium`` and ``w_L·u = −work``.
+        """
         problem, weights = self._problem, self._weights
         u = self._factor.solve(equilibrium + problem.A @ weights.solve(b))
         alpha = 0.0
@@ -73,10 +82,10 @@ class Newton:
         return weights.solve(b - problem.AT @ u), u, alpha
 
     def corrected(self, tangent: ContactState, *, balanced: bool) -> tuple[ContactState, float]:
-        """Mehrotra's direction with Gondzio's correctors, and how far to go along it.
+        """Return Mehrotra's direction with Gondzio's correctors and its step.
 
-        ``balanced`` takes off no larger a share of the residuals than of the gap: taking off more lets the iterates
-        leave the neighbourhood of the path.
+        With ``balanced``, the share of the residuals removed is at most the share of the gap removed. Removing more
+        lets the iterates leave the neighbourhood of the path.
         """
         state, scaling, mean = self._state, self._scaling, self._mean
         reach = min(1.0, state.longest_step(tangent))
@@ -100,7 +109,7 @@ class Newton:
                 break
             best, reach = trial, trial_reach
         if reach < 0.1:
-            # The corrections have spoilt it.
+            # The corrections have shortened the step too much.
             plain = self.direction(max(centring, 0.5) * mean, residuals)
             plain_reach = min(1.0, state.longest_step(plain))
             if plain_reach > reach:

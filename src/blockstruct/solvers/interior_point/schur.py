@@ -1,4 +1,7 @@
-"""The equations of equilibrium with the contacts eliminated: six unknowns per free block."""
+"""Solve the equations of equilibrium with the contacts eliminated.
+
+There are six unknowns per free block.
+"""
 
 import numpy as np
 import scipy.sparse as sp
@@ -9,25 +12,26 @@ from blockstruct.solvers.interior_point.conditions import Conditions, Weights
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Relative addition to the diagonal, which keeps a pivot of a block that nothing holds away from zero.
+#: Relative addition to the diagonal, which keeps pivots of unsupported blocks away from zero.
 REGULARISATION = 1e-13
-#: The matrix is symmetric in its pattern and nearly so in its values: no pivoting, a symmetric ordering.
+#: The pattern is symmetric and the values nearly so: no pivoting, a symmetric ordering.
 OPTIONS = {"SymmetricMode": True, "Equil": False}
 
 
 class SchurComplement:
-    """``A (C + Fᵀ W⁻² E)⁻¹ Aᵀ``: pattern and ordering are found once.
+    """Matrix ``A (C + Fᵀ W⁻² E)⁻¹ Aᵀ`` with a fixed pattern and ordering.
 
     Parameters
     ----------
     A : (6 F, N) sparse array
         Equilibrium, with empty columns for auxiliary variables.
     conditions
-        Whose groups each stand between a few blocks: contacts between two, bonded bars between all that they hold.
+        Conditions whose groups each connect a few blocks. A contact connects two, a bonded bar all blocks that it
+        holds.
     """
 
     def __init__(self, A: sp.csc_array, conditions: Conditions) -> None:
-        # The one row of a settlement is a block of its own.
+        # The single row of a settlement counts as a separate block.
         n_blocks = -(-A.shape[0] // 6)
         self._stacks, blocks = _stacks(sp.csc_array(A), conditions, n_blocks)
         places = []
@@ -37,7 +41,7 @@ class SchurComplement:
             places.append((np.repeat(unknowns, many, axis=1).ravel(), np.tile(unknowns, (1, many)).ravel()))
         rows, columns = (np.concatenate(part) for part in zip(*places, strict=True))
         n = self._size = A.shape[0]
-        # A support stands for the block after the last.
+        # Supports use the index after the last block.
         self._kept = (rows < n) & (columns < n)
         rows, columns = rows[self._kept], columns[self._kept]
         pattern = sp.csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
@@ -56,7 +60,7 @@ class SchurComplement:
         self._diagonal = np.flatnonzero(self._indices == entries // n)
 
     def factorised(self, weights: Weights) -> "Factor":
-        """Factorise at given weights.
+        """Factorise the matrix at given weights.
 
         Raises
         ------
@@ -79,13 +83,13 @@ class SchurComplement:
 
 
 class Factor:
-    """A factorised complement."""
+    """Factorised Schur complement."""
 
     def __init__(self, M: sp.csc_matrix, lu: sp.linalg.SuperLU, place: Index, order: Index) -> None:
         self._M, self._lu, self._place, self._order = M, lu, place, order
 
     def solve(self, b: Array) -> Array:
-        """Solution for a right-hand side, refined once."""
+        """Solve for a right-hand side, with one refinement."""
         b = b[self._order]
         x = self._lu.solve(b)
         x = x + self._lu.solve(b - self._M @ x)
@@ -95,10 +99,10 @@ class Factor:
 def _stacks(
     A: sp.csc_array, conditions: Conditions, n_blocks: int
 ) -> tuple[list[tuple[int, Index, Array]], list[Index]]:
-    """Members of each group that stand between the same blocks, stacked by their number; and these blocks.
+    """Stack the members of each group that connect the same blocks.
 
-    Each stack holds the group, members (J, m) and their columns of A on all r blocks (J, 6 r, m d); a support stands
-    for the block after the last.
+    Return the stacks and their blocks. Each stack holds the group, members (J, m) and their columns of A on all r
+    blocks (J, 6 r, m d). Supports use the index after the last block.
     """
     block, column = (A.indices // 6).astype(np.int64), np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
     stacks, blocks = [], []
@@ -126,7 +130,10 @@ def _stacks(
 
 
 def _between(member: Index, block: Index, members: int, n_blocks: int) -> tuple[Index, Index]:
-    """Blocks (members, r) that each member stands between, ascending; and the place of each entry's among them."""
+    """Return the blocks (members, r) that each member connects, ascending.
+
+    Also return the position of each entry's block among them.
+    """
     pairs, entry = np.unique(member * (n_blocks + 1) + block, return_inverse=True)
     of_pair, own = pairs // (n_blocks + 1), pairs % (n_blocks + 1)
     place = np.arange(len(pairs)) - np.searchsorted(of_pair, of_pair)

@@ -1,4 +1,4 @@
-"""A state of contact, what it misses, and the step that it belongs to."""
+"""Define a state of contact, its residuals and its step."""
 
 from dataclasses import dataclass
 
@@ -23,6 +23,7 @@ class ContactState:
     u : (6 F,) array
         Displacements of the step.
     alpha : float
+        Load factor.
     """
 
     x: Array
@@ -32,27 +33,27 @@ class ContactState:
     alpha: float
 
     def moved(self, d: "ContactState", t: float) -> "ContactState":
-        """``self + t d``."""
+        """Return ``self + t d``."""
         return ContactState(
             self.x + t * d.x, self.y + t * d.y, self.z + t * d.z, self.u + t * d.u, self.alpha + t * d.alpha
         )
 
     def scaled(self, ratio: float) -> "ContactState":
-        """The same with displacements in another ratio."""
+        """Return the state with multipliers and displacements scaled."""
         return ContactState(self.x, self.y, ratio * self.z, ratio * self.u, self.alpha)
 
     def backwards(self) -> "ContactState":
-        """The opposite direction."""
+        """Return the opposite direction."""
         return ContactState(-self.x, -1.0 * self.y, -1.0 * self.z, -self.u, -self.alpha)
 
     def longest_step(self, d: "ContactState") -> float:
-        """Largest t for which ``self + t d`` stays inside the cones."""
+        """Return the largest t for which ``self + t d`` stays in the cones."""
         return min(self.y.longest_step(d.y), self.z.longest_step(d.z))
 
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """What a state misses, and the complementarity gap ``y·z``."""
+    """Residuals of a state, and the complementarity gap ``y·z``."""
 
     equilibrium: Array
     flow: Array
@@ -61,20 +62,21 @@ class Residuals:
     gap: float
 
     def scaled(self, share: float) -> "Residuals":
-        """A share of them."""
+        """Return a share of the residuals, with the same gap."""
         return Residuals(share * self.equilibrium, share * self.flow, share * self.work, share * self.forces, self.gap)
 
 
 @dataclass(frozen=True, slots=True)
 class ContactSolution:
-    """A state, and how far it is from solving its step.
+    """State with the errors of its step.
 
     Attributes
     ----------
     state : ContactState
+        The state.
     unbalanced, incompatible, gap : float
-        Largest residual of equilibrium and of forces in the cones; of displacements, relative to the largest; and
-        the complementarity gap relative to the work of the step.
+        Largest residual of equilibrium and of forces in the cones. Largest residual of displacements, relative to the
+        largest displacement. Complementarity gap relative to the work of the step.
     iterations : int
         Factorisations.
     """
@@ -86,13 +88,16 @@ class ContactSolution:
     iterations: int
 
     def within(self, tolerance: float) -> bool:
-        """Whether displacements and gap are within a tolerance, and forces within a tenth of it."""
+        """Return whether displacements and gap are within a tolerance.
+
+        Forces must be within a tenth of the tolerance.
+        """
         return self.unbalanced <= 0.1 * tolerance and self.incompatible <= tolerance and self.gap <= tolerance
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step: what contacts remember, and the prescribed displacement.
+    """Data of one step: memory of contacts and prescribed displacement.
 
     Attributes
     ----------
