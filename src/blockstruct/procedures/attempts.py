@@ -27,12 +27,11 @@ REACHING, BEFORE, CLOSEST = 1e-3, 1e-3, 1 / 4096
 #: block sizes, if the first finds nothing. Measured at hinges of arches that jump: voussoirs move back by up to 0.07,
 #: and rest.
 NEAREST, REACH, WIDE = 0.05, 2.0, 0.2
-#: Difference of load factors, relative to the collapse load factor, up to which a state found with the second reach
-#: lies on the same curve.
+#: A state found with the second reach is accepted up to this change of the load factor, relative to collapse.
 LIKE = 0.1
-#: Blocks fall above this work rate of the dead load, less the part that ties take up. Unit: the larger work rate of
-#: variable load and friction at collapse. The second value applies without a positive load factor. Measured with units
-#: that drop a short way onto others: up to 5.
+#: Blocks fall above this work rate of the dead load, less the part that ties take up. Its unit is the work rate at
+#: collapse of the variable load or of friction, the larger. The second value applies if no load factor is left.
+#: Measured with units that drop a short way onto others: up to 5.
 FALLING, FALLING_AT_ZERO = 10.0, 3.0
 #: Largest way of the fastest block, in mean block sizes, in a step after which dropping blocks count as settled.
 SETTLES = 0.1

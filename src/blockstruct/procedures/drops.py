@@ -7,8 +7,8 @@ import numpy as np
 from blockstruct.procedures.attempts import Attempts
 from blockstruct.procedures.pushover_state import Found, State
 
-#: Blocks may have begun to drop above this rise of the dead load's work rate in a step, in multiples of the work rate
-#: at collapse, and this change of velocity, relative to the fastest.
+#: Blocks may have begun to drop in a step above both limits. The first is the rise of the dead load's work rate, in
+#: multiples of the work rate at collapse. The second is the change of velocity, relative to the fastest.
 BEGINS, CHANGES = 0.005, 0.07
 #: Length of a trial step with the drop alone, as a share of a step. Least rise in the trial step, in multiples of the
 #: rise in the whole step, that proves a drop. Least rise at an earlier point, in multiples of the rise in the trial

@@ -39,8 +39,8 @@ EXACT = 1e-12
 RUBS = 1e-3
 #: Relative change below which friction counts as unchanged.
 REMEMBERED = 1e-2
-#: Normal force, relative to the mean, up to which a contact was unloaded in the last step. Increase of its shift if
-#: blocks rock: without the increase, a contact that slides faster than before gains by any force.
+#: Normal force, relative to the mean, up to which a contact was unloaded in the last step. Relative increase of its
+#: shift if blocks rock. Without it, any force at a contact that now slides faster would raise the objective.
 IDLE, LOSS = 1e-2, 2e-2
 #: Interior-point loop: elastic displacement, as a share of the motion of a step; tolerance; most factorisations; first
 #: normal forces, relative to the program before; and a normal force that counts as zero.
@@ -76,7 +76,7 @@ class Solved:
     falling : float
         Work of the dead load that ties do not take up, per unit of work of the variable load.
     reaching, tightening : (K,) and (M,) arrays
-        Share of the step's work by each contact force while its gap closes, and by each tie force while its slack
+        Share of the step's work by each contact force while its gap closes. Share by each tie force while its slack
         closes.
     missed : float
         Flow-rule gap relative to the work of the loads and the dissipated work.

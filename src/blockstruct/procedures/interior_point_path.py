@@ -19,15 +19,15 @@ from blockstruct.vocabulary import PathEnd
 
 Array = NDArray[np.float64]
 
-#: Relative tolerances of displacements and gap, ten times those for forces: of the state under dead load, of a step,
-#: and of a step that improves no further. An interior point leaves forces on unloaded contacts, and these hold
+#: Relative tolerances of displacements and gap; a tenth applies to forces. They are for the state under dead load, for
+#: a step, and for a step that improves no further. An interior point leaves forces on unloaded contacts, and these hold
 #: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
 OF_DEAD_LOAD, TOLERANCE, ENOUGH = 1e-7, 1e-5, 1e-3
 #: Complementarity gap at which a step begins, in multiples of its work.
 CENTRING = 1.0
 #: Most factorisations of one step, and of all steps.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
-#: Attempts at a step: first unchanged, then with lagging friction, then each a third as long as the last.
+#: Attempts at a step: the first is unchanged, the second has lagging friction, each later one is a third as long.
 ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5

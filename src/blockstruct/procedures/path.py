@@ -18,8 +18,8 @@ from blockstruct.vocabulary import PathEnd, SolverStatus, Stage
 
 Array = NDArray[np.float64]
 
-#: Relative range of the load factor, while the displacement grows tenfold, up to which the load factor has settled.
-#: Measured on 90 structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
+#: The load factor has settled within this relative range while the displacement grows tenfold. Measured on 90
+#: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
 SETTLED = 5e-3
 #: Displacement at which a path ends, in elastic displacements: beyond it, elastic strain is negligible.
 FURTHEST = 1e5

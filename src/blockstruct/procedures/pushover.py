@@ -40,8 +40,7 @@ LOST, DOUBTFUL = 0.03, 3
 #: Most steps, in multiples of the requested number; least number requested that this limit assumes. After an event,
 #: steps grow again from small ones. This takes the same number of steps for any request.
 PATIENCE, FEW = 5, 20
-#: Relative excess over the collapse load that a first state with sharp corners may have. Measured on a cross vault: 1.1
-#: %.
+#: Relative excess over the collapse load that is allowed for a first state with sharp corners. A cross vault has 1.1 %.
 ABOVE = 0.015
 #: Error of the energy balance of a step, relative to all work so far, above which the step is divided; most attempts.
 EVENT, EVENTS = 1e-3, 3

@@ -24,11 +24,11 @@ from blockstruct.vocabulary import Stage
 
 Array = NDArray[np.float64]
 
-#: A load factor grows without limit after this number of increments, each larger than the last and than a share of the
-#: load factor, up to this multiple of the first load factor. Measured: paths that end also have growing increments for
-#: a while.
+#: A load factor grows without limit after this number of increments. Each is larger than the last one and than this
+#: share of the load factor. The load factor exceeds this multiple of the first. Measured: increments also grow for a
+#: while on paths that end.
 _INCREMENTS, _SHARE, _MULTIPLE = 5, 0.05, 10.0
-#: Additional share of the dead load that frozen friction must carry to make a program unnecessary.
+#: Additional share of the dead load that frozen friction must carry. No program is then necessary.
 _MORE = 1e-2
 #: Velocity, relative to the fastest block, above which a block falls.
 _FALLS = 1e-2

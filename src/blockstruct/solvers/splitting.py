@@ -41,8 +41,9 @@ class SplitSolution:
     state : ContactState
         Its forces are in equilibrium.
     missed, changed, lag : float
-        Relative norms: violation of the conditions, change in the last iteration, and distance of friction from the
-        normal forces that it follows. The scale is the norm of all forces, or of the dead load if that is larger.
+        Relative norms. The first is the violation of the conditions, the second the change in the last iteration. The
+        third is the distance of friction from the normal forces that it follows. The scale is the norm of all forces,
+        or of the dead load if that is larger.
     iterations : int
         Number of iterations.
     """

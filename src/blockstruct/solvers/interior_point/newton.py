@@ -69,7 +69,7 @@ class Newton:
         return ContactState(x, y + residuals.forces, h - self._weights.times(y), u, alpha)
 
     def _forces(self, b: Array, equilibrium: Array, work: float) -> tuple[Array, Array, float]:
-        """Solve for x, u and α without contacts' conditions.
+        """Solve the linear equations of a direction for x, u and α.
 
         The equations are ``(C + Fᵀ W⁻² E) x + Aᵀ u = b``, ``A x + α w_L = −equilibrium`` and ``w_L·u = −work``.
         """
