@@ -1,4 +1,4 @@
-"""Runs the limit cases of a model and keeps what they find.
+"""Run the limit cases of a model and keep their results.
 
 >>> import blockstruct as bs
 >>> from blockstruct import Q_

@@ -1,4 +1,4 @@
-"""What is checked of cases before anything is solved."""
+"""Checks of cases before anything is solved."""
 
 import warnings
 from collections.abc import Sequence
@@ -11,17 +11,17 @@ from blockstruct.storage import patterns
 
 
 def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProblem]:
-    """Limit problems of cases.
+    """Return the limit problems of cases.
 
     Raises
     ------
     ModelError
-        If there is no case, two have one name, or one cannot be run.
+        If there is no case, two cases have the same name, or a case cannot be run.
 
     Warns
     -----
     UnusualValueWarning
-        If a dead load is zero where joints hold by friction alone.
+        If a dead load is zero and the joints rely on friction alone.
     """
     names = [case.name for case in cases]
     if not names:
@@ -38,7 +38,7 @@ def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProbl
 
 
 def _check_rounding(statics: Statics, case: Pushover) -> None:
-    """Refuse rounded corners that leave nothing of a face, before the collapse state is searched for."""
+    """Refuse rounded corners that remove a whole face."""
     if case.corner_rounding:
         try:
             MovingStructure(statics, case.corner_rounding)
@@ -48,9 +48,10 @@ def _check_rounding(statics: Statics, case: Pushover) -> None:
 
 
 def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem]) -> None:
-    """Tell of dead loads that are zero where joints hold by friction alone: they are hardly meant.
+    """Warn of a zero dead load if joints rely on friction alone.
 
-    Without them all is in proportion to the variable load: the load factor is 0 or infinite, unless joints crush.
+    Such a load is rarely intended. All forces are then in proportion to the variable load: the load factor is 0 or
+    infinite, unless joints crush.
     """
     first = dict[str, Case]()
     for case, problem in zip(cases, problems, strict=True):
@@ -63,5 +64,5 @@ def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem])
             "have nothing but the variable load to press them together: what is found is hardly a load factor of a "
             "structure; give the dead load the weight of the blocks, SelfWeight() (self_weight)"
         )
-        # It names the line that calls run.
+        # The warning names the line that calls run.
         warnings.warn(text, UnusualValueWarning, stacklevel=5)

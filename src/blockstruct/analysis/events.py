@@ -1,4 +1,4 @@
-"""What a running analysis tells its listeners."""
+"""Events that a running analysis sends to its listeners."""
 
 import logging
 import sys
@@ -15,10 +15,10 @@ from blockstruct.vocabulary import counted, in_words
 
 @dataclass(frozen=True, slots=True)
 class CaseStarted:
-    """A case begins, the ``number``-th, from one, of the ``count`` that are run.
+    """A case begins: case ``number``, from one, of ``count`` cases.
 
-    ``blocks`` and ``contact_points`` tell its size; ``statics`` and ``problem`` make a history of its iterations:
-    :func:`blockstruct.results.history_of`.
+    ``blocks`` and ``contact_points`` give its size. :func:`blockstruct.results.history_of` makes a history from
+    ``statics``, ``problem`` and the iterations.
     """
 
     case: Case
@@ -41,7 +41,10 @@ class IterationDone:
 
 @dataclass(frozen=True, slots=True)
 class StepDone:
-    """A state of a pushover is found; ``index`` counts from zero, which is without displacement."""
+    """A pushover has a new state.
+
+    ``index`` counts from zero, the state without displacement.
+    """
 
     case: Pushover
     index: int
@@ -50,7 +53,7 @@ class StepDone:
 
 @dataclass(frozen=True, slots=True)
 class CaseFinished:
-    """A case has ended, with whatever status."""
+    """A case has ended, with any status."""
 
     result: CaseResult
 
@@ -60,13 +63,13 @@ Listener = Callable[[Event], None]
 
 
 def tell(listeners: Iterable[Listener], event: Event) -> None:
-    """Tell all listeners of an event, in order."""
+    """Send an event to all listeners, in order."""
     for listener in listeners:
         listener(event)
 
 
 def log_to(logger: logging.Logger) -> Listener:
-    """Listener that logs cases at level INFO and iterations at level DEBUG."""
+    """Return a listener that logs cases (INFO) and iterations (DEBUG)."""
 
     def listen(event: Event) -> None:
         logger.log(
@@ -77,7 +80,7 @@ def log_to(logger: logging.Logger) -> Listener:
 
 
 def print_lines(stream: TextIO | None = None) -> Listener:
-    """Listener that prints a line per event, to standard error by default."""
+    """Return a listener that prints a line per event, by default to stderr."""
 
     def listen(event: Event) -> None:
         print(describe(event), file=stream or sys.stderr, flush=True)
@@ -86,7 +89,7 @@ def print_lines(stream: TextIO | None = None) -> Listener:
 
 
 def describe(event: Event) -> str:
-    """One line of text on an event."""
+    """Return one line of text on an event."""
     match event:
         case CaseStarted(case, blocks, points):
             place = f" (case {event.number} of {event.count})" if event.count > 1 else ""
@@ -107,7 +110,10 @@ def describe(event: Event) -> str:
 
 
 def answer_of(case: Case, iteration: Iteration, digits: int) -> str:
-    """Load factor of an iteration, or of a settlement its reaction, to so many decimals."""
+    """Return the load factor, or the reaction of a settlement, as text.
+
+    ``digits`` is the number of decimals.
+    """
     if isinstance(case, SettlementCase):
         return f"reaction {-iteration.load_factor:.{digits}f} of the dead load"
     return f"load factor {iteration.load_factor:.{digits}f}"

@@ -1,4 +1,4 @@
-"""Pushovers: what follows a collapse state."""
+"""Pushovers: the capacity curve after a collapse state."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -18,27 +18,28 @@ from blockstruct.vocabulary import Reason, Status
 
 Array = NDArray[np.float64]
 
-#: Speed of the control point in the collapse mechanism, relative to that of the fastest block, at which it rests.
+#: Speed of the control point, relative to the fastest block of the mechanism, below which the point counts as at rest.
 RESTS = 1e-4
 
 
 def pushed_over(
     result: CaseResult, statics: Statics, problem: LimitProblem, collapse: Iteration, listeners: Iterable[Listener]
 ) -> CaseResult:
-    """The result of a pushover with its capacity curve, from one with a collapse state.
+    """Return the result of a pushover with its capacity curve.
 
-    A curve that the result has already is gone on with. A KeyboardInterrupt ends it; the result is then interrupted.
+    A curve that the result already has is continued. A KeyboardInterrupt ends the curve; the result is then
+    interrupted.
 
     Parameters
     ----------
     result
-        Converged, of a :class:`~blockstruct.Pushover`.
+        Converged result of a :class:`~blockstruct.Pushover`.
     statics, problem
-        Its own.
+        Statics and limit problem of the result.
     collapse
         The collapse state.
     listeners
-        Hear of every state.
+        Called with every state.
     """
     case, settings, start = result.case, result.settings, perf_counter()
     if not isinstance(case, Pushover):
@@ -71,7 +72,7 @@ def pushed_over(
 
 
 def _resting(problem: MovingProblem, case: Pushover, twist: Array) -> str:
-    """Why there is no curve over the displacement of a control point that the collapse mechanism leaves at rest."""
+    """Return why a control point at rest gives no curve."""
     model = problem.statics.model
     fastest = np.linalg.norm(twist[:, :3], axis=1).max()
     if abs(problem.control.velocity(Placement.of(model), twist)) > RESTS * fastest:

@@ -37,30 +37,31 @@ from blockstruct.vocabulary import Reason, Status
 
 
 class AnalysisManager:
-    """Runs limit cases of one model, whose statics are assembled once.
+    """Runs limit cases of one model and assembles its statics once.
 
     Parameters
     ----------
     model
         The structure.
     store
-        Path of the file to write; None keeps the analysis in memory. It is checked at once and put in place when the
-        last case has ended, or the run was interrupted; until then the run is kept beside it, in ``NAME.partial``.
+        Path of the file to write; None keeps the analysis in memory. The path is checked at once. During the run the
+        data are in ``NAME.partial`` in the same folder. The file appears when the last case ends or the run is
+        interrupted.
     settings
         Schedule and tolerances of the procedure.
     listeners
         Called with every :class:`~blockstruct.analysis.Event`, in order.
     progress
-        Whether to show how the run goes on; by default on a terminal or in a notebook, if there are no listeners.
+        Whether to show the progress; by default on a terminal or in a notebook, if there are no listeners.
     tags
-        Words to find the analysis by: :meth:`blockstruct.Archive.select`.
+        Words by which :meth:`blockstruct.Archive.select` finds the analysis.
     parameters
-        What the model was built with, kept in the file: numbers, texts and quantities by name. They are columns of
+        Parameters of the model, kept in the file: numbers, texts and quantities by name. They are columns of
         :meth:`blockstruct.Archive.table`.
     document_hash
-        Of the document that describes the model: :attr:`blockstruct.Document.hash`.
+        Hash of the document that describes the model: :attr:`blockstruct.Document.hash`.
     study
-        The study that this is a run of, as :func:`blockstruct.study` names it.
+        Study that the run belongs to, as :func:`blockstruct.study` names it.
 
     Raises
     ------
@@ -103,19 +104,17 @@ class AnalysisManager:
         self.store = None if store is None else claim(store)
 
     def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
-        """Run cases, one after the other.
+        """Run cases one after the other.
 
-        When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
-        :attr:`CaseResult.warnings`.
+        After all cases, a LoadFactorWarning names load factors that need care: :attr:`CaseResult.warnings`.
 
-        An UnusualValueWarning tells, before anything is solved, of a dead load of zero that leaves joints nothing to
-        hold on with.
+        An UnusualValueWarning reports a zero dead load on joints that rely on friction, before anything is solved.
 
-        A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
-        iterations it has, as do the cases after it, without any; the cases before it are complete.
+        A KeyboardInterrupt ends the run. The current case gets the status ``interrupted`` and keeps its iterations.
+        Later cases get the same status without iterations. Earlier cases are complete.
 
-        With a store every iteration is committed as it is solved: after the process was killed, :meth:`resume` and
-        :func:`blockstruct.recover` find all but the one in flight.
+        With a store, every iteration is committed when it is solved. If the process is killed, :meth:`resume` and
+        :func:`blockstruct.recover` find all iterations but the current one.
 
         Parameters
         ----------
@@ -124,17 +123,18 @@ class AnalysisManager:
         spread
             True also runs every non-associative case along the variants of the loading path and with associative
             flow, as ``"case [half steps]"`` and ``"case [associative]"``. :attr:`CaseResult.path_dependence` is then
-            the range of the load factor. Names run those of :data:`~blockstruct.SCHEDULES`, ``"paper"`` all schedules
-            of the paper's procedure: :meth:`Analysis.spread` has their results, and none changes the headline.
+            the range of the load factor. Names select schedules of :data:`~blockstruct.SCHEDULES`; ``"paper"``
+            selects all schedules of the paper's procedure. :meth:`Analysis.spread` has their results. No schedule
+            changes the headline.
 
         Raises
         ------
         ModelError
-            If there is no case, two cases have one name, a variable load is zero, the model cannot take a load, or a
-            schedule is unknown: before anything is solved.
+            If there is no case, two cases have the same name, a variable load is zero, the model cannot take a load,
+            or a schedule is unknown. Raised before anything is solved.
         StorageError
-            If another run writes to the store, or it holds the iterations of a killed one: before anything is solved.
-            If the disk is full: what is committed is kept.
+            If another run writes to the store, or the store holds the iterations of a killed run. Raised before
+            anything is solved. Also if the disk is full; committed data are kept.
         """
         given = checked_tuple(cases, Case, "AnalysisManager.run: cases")
         runs = runs_of(given, self.settings, schedules_of(spread))
@@ -164,18 +164,18 @@ class AnalysisManager:
 
     @classmethod
     def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = (), progress: Progress = "auto") -> Analysis:
-        """Go on with a run that was killed or interrupted, from its last committed iteration.
+        """Resume a killed or interrupted run from its last committed iteration.
 
-        Cases that have ended are kept. The programs that are already solved are not solved again, except for the
-        one under dead load; the case ends where it would have ended without the interruption, to the tolerance of
-        its certificate. A finished analysis is returned as it is.
+        Cases that have ended are kept. Solved programs are not solved again, except for the program under dead load.
+        The result equals the result of an uninterrupted run, to the tolerance of its certificate. A finished analysis
+        is returned unchanged.
 
         Parameters
         ----------
         path
             The store of the run.
         listeners
-            As for the manager; they are told of replayed iterations as well.
+            As for the manager; they also receive replayed iterations.
         progress
             As for the manager.
 
@@ -184,12 +184,12 @@ class AnalysisManager:
         StorageError
             If there is nothing to resume, or the run is still under way.
         FormatError
-            If the file is damaged, or its iterations are not those of this version of blockstruct.
+            If the file is damaged, or this version of blockstruct would solve other iterations.
 
         Warns
         -----
         VersionWarning
-            If other versions made what is kept: :attr:`CaseResult.versions` tells it case by case.
+            If other versions made the kept numbers. :attr:`CaseResult.versions` gives the versions of each case.
         """
         if is_unfinished(path):
             with Checkpoint.reopen(path, blank_history) as working:
@@ -211,7 +211,7 @@ class AnalysisManager:
 
     @classmethod
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
-        """Run the model and the cases of an analysis anew, each with its own settings, in memory."""
+        """Run an analysis again in memory, each case with its own settings."""
         manager = cls._resuming(analysis, None, listeners)
         planned, started_at = {}, now()
         for name, result in analysis.items():
@@ -222,7 +222,7 @@ class AnalysisManager:
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
-        """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
+        """Check cases as :meth:`run` does, and return their limit problems."""
         return checked_problems(self.statics, cases)
 
     @classmethod
@@ -238,7 +238,7 @@ class AnalysisManager:
         return done
 
     def _conduct(self, analysis: Analysis, listeners: Sequence[Listener]) -> Analysis:
-        """Run what an analysis has left to run: its interrupted cases."""
+        """Run the interrupted cases of an analysis."""
         results = dict(analysis)
         of_numbers = analysis.versions
         for number, (name, before) in enumerate(analysis.items(), start=1):
@@ -305,7 +305,7 @@ class AnalysisManager:
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:
-    """Pass the warnings of results on to whoever runs their cases, each text once."""
+    """Issue the warnings of results, each text once."""
     said = dict[str, str]()
     for result in results:
         for text in result.warnings:

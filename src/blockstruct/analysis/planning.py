@@ -1,4 +1,4 @@
-"""The runs of cases, and their results before they are run."""
+"""The runs of cases, and their results before the run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Run:
     case : Case
     settings : ProcedureSettings
     schedule, of_case : str
-        The schedule of a run of a spread, and the case that it varies; empty for a case as given.
+        The schedule of a run of a spread, and the case that it varies; empty for the original case.
     """
 
     case: Case
@@ -32,7 +32,7 @@ class Run:
 
 
 def runs_of(cases: Sequence[Case], settings: ProcedureSettings, schedules: Sequence[str]) -> list[Run]:
-    """Return the runs of cases: as given, by the schedules of a spread, and with associative flow as its bound."""
+    """Return the runs of cases: original, by schedule, and associative."""
     runs = []
     for case in cases:
         runs.append(Run(case, settings))
@@ -40,7 +40,7 @@ def runs_of(cases: Sequence[Case], settings: ProcedureSettings, schedules: Seque
             continue
         for name in schedules:
             other = scheduled(settings, name)
-            # The settings as given need no second run.
+            # The given settings need no second run.
             if other != settings:
                 runs.append(Run(case.renamed(run_name(case.name, name)), other, name, case.name))
         bound = str(Flow.ASSOCIATIVE)
@@ -49,13 +49,13 @@ def runs_of(cases: Sequence[Case], settings: ProcedureSettings, schedules: Seque
 
 
 def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
-    """History of a case that has not begun."""
+    """Return the history of a case that has not begun."""
     statics = Statics.of(model, Division(result.settings.crushing_cells))
     return history_of(statics, LimitProblem.of(statics, result.case), [])
 
 
 def planned_result(run: Run, statics: Statics, problem: LimitProblem, started_at: str) -> CaseResult:
-    """Result of a case that is still to be run."""
+    """Return the result of a case that is still to be run."""
     return CaseResult(
         model=statics.model,
         case=run.case,

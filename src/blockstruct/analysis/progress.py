@@ -1,4 +1,4 @@
-"""How a run goes on, for whoever waits for it: one line, written anew with every event."""
+"""Progress of a run: one line, rewritten with every event."""
 
 import shutil
 import sys
@@ -23,19 +23,19 @@ Progress = bool | Literal["auto"]
 
 
 def with_progress(listeners: Sequence[Listener], progress: Progress) -> tuple[Listener, ...]:
-    """Listeners, and one that shows the progress if that is wanted.
+    """Return the listeners, plus one that shows the progress if wanted.
 
     Parameters
     ----------
     listeners
-        Those that were given.
+        Listeners of the caller.
     progress
-        ``"auto"`` shows it on a terminal or in a notebook, unless there are listeners: they follow the run already.
+        ``"auto"`` shows the progress on a terminal or in a notebook, unless there are listeners.
 
     Raises
     ------
     ModelError
-        If ``progress`` is anything else.
+        If ``progress`` has another value.
     """
     if progress not in (True, False, "auto"):
         msg = f"AnalysisManager: progress is {shown(progress)}; give True, False or 'auto'"
@@ -48,7 +48,7 @@ def with_progress(listeners: Sequence[Listener], progress: Progress) -> tuple[Li
 
 
 def follow(write: Callable[[str, bool], None]) -> Listener:
-    """Listener that writes what is going on, and whether a case has ended with it."""
+    """Return a listener that writes progress, and whether a case ended."""
     place = ""
 
     def listen(event: Event) -> None:
@@ -71,14 +71,14 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
 
 
 def _terminal_line(text: str, ended: bool) -> None:
-    """Write over the line before; what has ended leaves nothing behind."""
+    """Write over the previous line; erase it when a case has ended."""
     width = shutil.get_terminal_size().columns - 1
     sys.stderr.write(f"\r{'' if ended else text[:width]:<{width}}" + ("\r" if ended else ""))
     sys.stderr.flush()
 
 
 def _notebook_line() -> Callable[[str, bool], None]:
-    """One output of the cell, replaced with every event."""
+    """Return a writer to one output of the cell, replaced with every event."""
     display = sys.modules["IPython"].display.display
     handle: Any = None
 

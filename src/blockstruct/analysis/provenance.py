@@ -1,4 +1,4 @@
-"""Where the numbers of an analysis come from."""
+"""Origin of the numbers of an analysis: time, versions and options."""
 
 import platform
 import warnings
@@ -25,28 +25,31 @@ _PACKAGES = (
     "shapely",
     "xarray",
 )
-#: Options of Clarabel that every solve takes from the settings: what they are by default was never used.
+#: Options of Clarabel that every solve takes from the settings, so their defaults are never used.
 _TOLERANCES = {"tol_gap_abs", "tol_gap_rel", "tol_feas"}
 
 
 def now() -> str:
-    """The time, UTC, ISO 8601."""
+    """Return the time, UTC, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def versions() -> dict[str, str]:
-    """Version of every package that makes the numbers, of Python, and the platform."""
+    """Return the versions of all numerical packages, Python and the platform."""
     return {**_installed(), "python": platform.python_version(), "platform": platform.platform()}
 
 
 @cache
 def _installed() -> dict[str, str]:
-    """Read once: it takes as long as a small case."""
+    """Return the versions, read once: reading takes as long as a small case."""
     return {package: version(package) for package in _PACKAGES}
 
 
 def solver_options(settings: Iterable[ProcedureSettings]) -> dict[str, dict[str, Any]]:
-    """Options of each solver that settings name, beyond the tolerances, which the settings tell."""
+    """Return the options of each solver, apart from the tolerances.
+
+    The settings contain the tolerances.
+    """
     return {
         name: _options(solver_of(ProcedureSettings(numerics=Numerics(solver=name))))
         for name in sorted({s.numerics.solver for s in settings})
@@ -61,7 +64,7 @@ def _options(solver: Any) -> dict[str, Any]:
 
 
 def warn_of_versions(analysis: Analysis) -> None:
-    """Tell which cases keep numbers that other versions made than those that go on with the run."""
+    """Warn of cases whose kept numbers come from other versions."""
     present, cases = versions(), dict[str, list[str]]()
     for name, result in analysis.items():
         for made_by in result.versions:

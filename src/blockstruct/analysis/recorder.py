@@ -1,4 +1,4 @@
-"""Commits a run while it goes on."""
+"""Commit a run while it is under way."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,12 +14,12 @@ from blockstruct.vocabulary import Status
 
 
 class Recorder:
-    """Listener that commits every iteration, and every step of a pushover, as it is solved, and every case as it ends.
+    """Listener that commits every iteration, step of a pushover and case.
 
     Parameters
     ----------
     working
-        Where.
+        Working data to commit to.
     """
 
     def __init__(self, working: Checkpoint) -> None:
@@ -27,7 +27,7 @@ class Recorder:
         self._variables: Callable[[Iteration], dict[str, Any]]
 
     def __call__(self, event: Event) -> None:
-        """Commit what an event tells."""
+        """Commit the content of an event."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
                 self._working.start(case.name, history_of(statics, problem, []), versions())

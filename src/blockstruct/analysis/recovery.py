@@ -1,4 +1,4 @@
-"""Keeping what a killed run has found."""
+"""Keep the iterations of a killed run."""
 
 from pathlib import Path
 
@@ -8,16 +8,16 @@ from blockstruct.storage import Checkpoint
 
 
 def recover(path: str | Path) -> Analysis:
-    """Make the analysis file of a run that was killed, with every iteration that it committed.
+    """Make the analysis file of a killed run from its committed iterations.
 
-    Cases that had not ended get the status ``interrupted``. :meth:`blockstruct.AnalysisManager.resume` goes on with
-    either, the killed run or the recovered file.
+    Cases that had not ended get the status ``interrupted``. :meth:`blockstruct.AnalysisManager.resume` continues
+    either the killed run or the recovered file.
 
     Parameters
     ----------
     path
-        The file that the run would have written. What stood there when the run began is replaced, as the run would
-        have done, and nothing else.
+        The file that the run would have written. A file that was there when the run began is replaced, as the run would
+        have done. No other file is replaced.
 
     Raises
     ------

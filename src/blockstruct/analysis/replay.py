@@ -1,7 +1,7 @@
-"""Resuming a case: the programs that are already solved are answered from its history.
+"""Resume a case: its history answers the programs already solved.
 
-The procedure is deterministic: what it does next depends on its problem, its settings and the solutions so far. So it
-is run again from its start, with a solver that knows the first solutions.
+The procedure is deterministic: its next step depends only on the problem, the settings and the earlier solutions. So
+it runs again from the start, with a solver that knows the first solutions.
 """
 
 import numpy as np
@@ -22,25 +22,25 @@ from blockstruct.limit.iteration import Steps
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus, Stage
 
-#: Stages whose iterations are not programs of the problem itself.
+#: Stages whose iterations are not programs of the problem.
 _FOUND_ANEW = (Stage.DEAD_LOAD, Stage.DEAD_LOAD_COLLAPSE, Stage.LARGEST_REACTION, Stage.LOADING_PATH)
 
 
 class ReplaySolver:
-    """Answers the first programs of a case from its history, and leaves the others to a solver.
+    """Answers programs from the history of a case, then from a solver.
 
-    The dead-load program, which is not part of the history of a structure that stands, is solved anew, and so is a
-    program that was found unbounded, because a history keeps no ray. Steps of the loading path are not programs: they
-    are found anew.
+    The dead-load program is solved again, because the history of a stable structure does not contain it. An unbounded
+    program is solved again, because a history keeps no ray. Steps of the loading path are not programs; they are
+    computed again.
 
     Parameters
     ----------
     statics, problem
-        What the history is of.
+        Statics and limit problem of the history.
     history
-        Iterations to replay; none is allowed.
+        Iterations to replay; it may have no iterations.
     solver
-        Solves what follows.
+        Solves the later programs.
     """
 
     def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
@@ -56,7 +56,7 @@ class ReplaySolver:
         self._next = 0
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
-        """Solution of one program."""
+        """Return the solution of one program."""
         if program.problem is not self._problem or self._next == len(self._u):
             return self._solver.solve(program, data, tolerance)
         k = self._next
@@ -75,12 +75,12 @@ class ReplaySolver:
 
 
 def followed(steps: Steps, history: xr.Dataset) -> Steps:
-    """Steps of a case, as long as they are those of a history.
+    """Yield the steps of a case while they agree with its history.
 
     Raises
     ------
     FormatError
-        If the programs of the history are not those that this version of blockstruct would solve.
+        If this version of blockstruct would solve other programs than the history has.
     """
     k = 0
     while True:

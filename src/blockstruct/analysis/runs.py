@@ -1,4 +1,4 @@
-"""Analyses in one call: run cases, or those of a stored analysis again."""
+"""Analyses in one call: run cases, or repeat a stored analysis."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -32,12 +32,12 @@ def run(
     model, store, settings, parameters, listeners, progress
         As for :class:`AnalysisManager`.
     cases, spread
-        As for :meth:`AnalysisManager.run`; a single case will do.
+        As for :meth:`AnalysisManager.run`; ``cases`` may be a single case.
 
     Raises
     ------
     ModelError, StorageError, SolverError, GeometryError
-        As both do.
+        As :class:`AnalysisManager` and its method ``run``.
     """
     listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
     manager = AnalysisManager(
@@ -47,7 +47,7 @@ def run(
 
 
 def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comparison:
-    """Run the model and the cases of an analysis again, each with its own settings, and compare.
+    """Run an analysis again, each case with its own settings, and compare.
 
     Parameters
     ----------
@@ -59,12 +59,12 @@ def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comp
     Returns
     -------
     Comparison
-        The analysis, and as the other one what this installation finds; versions that differ are part of it.
+        The stored analysis, and the new one of this installation as the other, with the versions that differ.
 
     Raises
     ------
     ModelError
-        If it is none, as the name of a file.
+        If the argument is not an analysis, such as the name of a file.
     """
     if not isinstance(analysis, Analysis):
         msg = f"reproduce: {type(analysis).__name__} is not an analysis; give bs.open_analysis(file)"

@@ -1,4 +1,4 @@
-"""What ties are worth: a structure with and without them, and the least strength that will do.
+"""Effect of ties: results with and without ties, and least strengths.
 
 >>> import blockstruct as bs
 >>> from blockstruct import Q_
@@ -49,21 +49,21 @@ from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Flow, SolverStatus, TieState
 
 __all__ = [
-    # kinds of ties beside bs.Tie
+    # kinds of ties in addition to bs.Tie
     "BondedBar",
     "Strip",
     "Tie",
-    # what they are reduced to
+    # reduced forms
     "TIE_QUANTITIES",
     "TieSegment",
     "given_quantities",
     "tie_kind_of",
     "tie_segments",
-    # what they do
+    # results
     "TieState",
     "tie_state",
     "ties_at_collapse",
-    # what they are worth
+    # effect
     "LeastTieForce",
     "WithAndWithout",
     "least_tie_force",
@@ -71,7 +71,7 @@ __all__ = [
 ]
 
 
-#: Share of all forces below which that of one tie is said to be zero.
+#: Force of a tie, relative to the sum of all ties, below which it counts as zero.
 _ROUNDING = 1e-6
 
 
@@ -89,7 +89,10 @@ class WithAndWithout:
 
     @property
     def table(self) -> pd.DataFrame:
-        """Load factors and statuses with and without ties, and the ratio of the two, by the name of the case."""
+        """Return load factors and statuses with and without ties, by case.
+
+        One column has the ratio of the two load factors.
+        """
         rows = {}
         for name, tied in self.with_ties.items():
             bare = self.without_ties[name]
@@ -122,9 +125,9 @@ def with_and_without(
     cases
         The cases.
     settings
-        Of the procedure.
+        Settings of the procedure.
     **run
-        As :meth:`blockstruct.AnalysisManager.run` takes them.
+        Other arguments of :meth:`blockstruct.AnalysisManager.run`.
 
     Raises
     ------
@@ -141,27 +144,28 @@ def with_and_without(
 
 @dataclass(frozen=True, slots=True)
 class LeastTieForce:
-    """Ties of the least strength with which a structure stands under its dead load, and carries a load factor.
+    """Least tie strengths that carry the dead load and a load factor.
 
     Attributes
     ----------
     load_factor : float
     flow : Flow
-        Of the case. The strengths are those of associative flow whatever it is.
+        Flow of the case. The strengths always belong to associative flow.
     forces : mapping
-        Strength of each tie that was sought, N; NaN if no strength of these ties will do.
+        Strength of each requested tie, N; NaN if no strength of these ties is enough.
     certificate : Certificate or None
-        Of the structure whose ties have these strengths: its load factor is the one that was asked for, or, where the
-        dead load alone governs, one of the dead load. None where the ties are not needed, or no strength of them will
-        do.
+        Certificate of the structure with ties of these strengths. Its load factor is the requested one. If the dead
+        load alone governs, it is a load factor of the dead load. None if the ties are not needed, or no strength is
+        enough.
     proven : bool
-        Whether the certificate holds and its mechanism proves that no weaker ties will do; without one, whether forces
-        in equilibrium prove that no ties are needed.
+        Whether the certificate holds and its mechanism proves that weaker ties are not enough. Without a certificate:
+        whether forces in equilibrium prove that no ties are needed.
     solver_status : SolverStatus
-        ``infeasible`` if no strength of these ties will do.
+        ``infeasible`` if no strength of these ties is enough.
     governing : "load factor", "dead load" or "both"
-        What asks for these strengths. If it is the dead load alone, the structure does not stand with those that the
-        load factor asks for. If it is both, each asks for others: these carry either, but a smaller sum may.
+        The requirement that sets these strengths. With ``"dead load"``, the strengths for the load factor alone do not
+        carry the dead load. With ``"both"``, each requirement needs different strengths: these carry both, but a
+        smaller sum may also do.
     """
 
     load_factor: float
@@ -174,7 +178,7 @@ class LeastTieForce:
 
     @property
     def total(self) -> float:
-        """Sum of the strengths, N."""
+        """Return the sum of the strengths, N."""
         return float(sum(self.forces.values()))
 
     def __str__(self) -> str:
@@ -184,7 +188,7 @@ class LeastTieForce:
                 why = f"the solver ended as {self.solver_status}"
             at = ", under the dead load alone" if self.governing == "dead load" else ""
             return f"load factor {self.load_factor:.6g}: none ({', '.join(self.forces)}: {why}{at})"
-        # What is left of the force of a tie that is not needed is the solver's rounding.
+        # The residual force of a tie that is not needed is the solver's rounding.
         rounded = {name: force if force > _ROUNDING * self.total else 0.0 for name, force in self.forces.items()}
         each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
         said = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
@@ -207,22 +211,22 @@ def least_tie_force(
     *,
     settings: ProcedureSettings | None = None,
 ) -> LeastTieForce:
-    """Ties of the least strength in all with which a structure carries a load factor, by conic programs.
+    """Return the ties of least total strength that carry a load factor.
 
-    With them it stands under the dead load, too, and carries any load factor in between. It is exact for associative
-    flow. Without dilatancy the strengths are a lower bound of what is needed, because the load factor of the same
-    structure is at most the associative one: run the case with ties of these strengths.
+    Conic programs give the strengths. With them the structure also carries the dead load, and any load factor in
+    between. The strengths are exact for associative flow. Without dilatancy they are a lower bound, because the load
+    factor of the same structure is at most the associative one. Run the case with ties of these strengths to check.
 
     Parameters
     ----------
     model
         The structure. Its other ties keep their strengths.
     case
-        Loads; of either flow.
+        Loads; either flow.
     ties
-        Names of ties of the model, or ties to add to it, whose strengths are sought: those they have do not count.
+        Names of ties of the model, or ties to add. Their strengths are the unknowns; any given strengths are ignored.
     load_factor
-        That the structure is to carry.
+        Load factor that the structure is to carry.
     settings
         Tolerances and solver.
 
@@ -231,8 +235,7 @@ def least_tie_force(
     UnknownNameError
         If the model does not have the tie.
     ModelError
-        If it is not a tie but a bonded bar (its force differs from stretch to stretch), or the load factor is not above
-        zero.
+        If a tie is a bonded bar (its force differs from stretch to stretch), or the load factor is not above zero.
     """
     settings = settings or ProcedureSettings()
     for value, kind in ((model, Model), (case, LimitCase), (settings, ProcedureSettings)):
