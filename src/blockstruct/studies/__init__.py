@@ -1,4 +1,4 @@
-"""Many analyses of one structure: over its parameters, samples of them, and directions.
+"""Many analyses of one structure: parameters, samples and directions.
 
 >>> import blockstruct as bs
 >>> from blockstruct import Q_
@@ -31,7 +31,7 @@ __all__ = [
     "read_study",
     "study",
     "StudyDocument",
-    # what follows from it
+    # consequences
     "cases_with_load_factors",
     "first_order",
     "frame_of",

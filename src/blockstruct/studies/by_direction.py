@@ -21,9 +21,9 @@ from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
-#: Angle between neighbours, degrees, up to which the directions are a compass, whose gaps need no word of their own.
+#: Largest angle between neighbours, degrees, for which the directions cover the compass and gaps are not reported.
 _COMPASS = 90.0
-#: Names of the cases that direction_cases makes.
+#: Pattern of the case names that direction_cases makes.
 _TITLE = re.compile(r"(?P<name>.*) \S+ deg(, \S+ (up|down))?", re.DOTALL)
 
 
@@ -34,11 +34,11 @@ class Directions:
     Attributes
     ----------
     analysis : Analysis
-        A case each direction.
+        One case for each direction.
     data : xarray.Dataset
-        Along ``direction`` (degrees from +x towards +y): ``load_factor``; ``bound``, the associative one;
-        ``status``; ``settled``, False where the load factor had not settled when its procedure ended;
-        ``case``, the name in the analysis.
+        Along ``direction`` (degrees from +x towards +y): ``load_factor``; ``bound``, the associative load factor;
+        ``status``; ``settled``, False if the load factor had not settled when its procedure ended; ``case``, the name
+        in the analysis.
     """
 
     analysis: Analysis = field(repr=False)
@@ -46,23 +46,27 @@ class Directions:
 
     @classmethod
     def of(cls, analysis: Analysis) -> "Directions":
-        """Directions of an analysis, from a file for instance: its cases whose variable load is a push of the weight.
+        """Return the directions of an analysis, from a file for instance.
+
+        They are its cases whose variable load is a horizontal push of the weight.
 
         Raises
         ------
         ModelError
-            If the analysis has no such cases, or several of one direction.
+            If the analysis has no such cases, or two cases with the same direction.
         """
         return cls._of(analysis, analysis.headlines)
 
     @classmethod
     def each_of(cls, analysis: Analysis) -> "list[tuple[str, Directions]]":
-        """Directions of each case with ``directions`` of a document, after the name of that case.
+        """Return the directions of each case of a document, with its name.
+
+        These are the cases with ``directions``.
 
         Raises
         ------
         ModelError
-            If several cases are of one name and one direction.
+            If several cases share one name and one direction.
         """
         groups: dict[tuple[str, float, Flow], list[str]] = {}
         for name in analysis.headlines:
@@ -104,13 +108,15 @@ class Directions:
 
     @property
     def load_factor(self) -> float:
-        """The least of all directions; NaN where none has one."""
+        """The least load factor of all directions; NaN without any."""
         found = self.data["load_factor"].to_numpy()
         return float(found[self._least]) if not np.isnan(found).all() else math.nan
 
     @property
     def governing(self) -> CaseResult:
-        """Result of the direction with the least load factor: its mechanism is that of the envelope.
+        """Result of the direction with the least load factor.
+
+        It holds the governing mechanism.
 
         Raises
         ------
@@ -126,7 +132,10 @@ class Directions:
 
     @property
     def governing_direction(self) -> float:
-        """Direction with the least load factor, degrees from +x towards +y; NaN where none has one."""
+        """Direction with the least load factor; NaN without any.
+
+        In degrees from +x towards +y.
+        """
         if math.isnan(self.load_factor):
             return math.nan
         return float(self.data["direction"][self._least])
@@ -134,34 +143,35 @@ class Directions:
     @property
     def _least(self) -> int:
         found = self.data["load_factor"].to_numpy()
-        # The first of several that differ by rounding alone.
+        # Several values may differ by rounding only: take the first.
         return int(np.flatnonzero(found <= np.nanmin(found) * (1 + _ROUNDING))[0])
 
     @property
     def without_load_factor(self) -> list[str]:
-        """Cases in whose direction the envelope is not known."""
+        """Cases without a load factor; the envelope is unknown there."""
         return [str(name) for name in self.data["case"].to_numpy()[np.isnan(self.data["load_factor"].to_numpy())]]
 
     @property
     def endings(self) -> str:
-        """How the cases ended, each status once, in words."""
+        """Statuses of the cases in words, each once."""
         return ", ".join(in_words(status) for status in sorted(set(self.data["status"].to_numpy())))
 
     @property
     def is_convex(self) -> bool:
-        """Whether the loads that the structure carries in these directions and between them are known as a convex set.
+        """Whether the loads that the structure carries form a convex set.
 
-        With associative flow and without vertical part they are: straight lines between the envelope's points are in
-        it. Otherwise nothing is known of the directions between those that were run.
+        They do with associative flow and without a vertical part. Straight lines between the points of the envelope
+        then belong to the set. Otherwise nothing is known between the directions that were run.
         """
         cases = [self.analysis[str(name)].case for name in self.data["case"].to_numpy()]
         return all(case.flow is Flow.ASSOCIATIVE for case in cases) and not self.data.attrs["vertical"]
 
     @property
     def half_turns(self) -> NDArray[np.bool_]:
-        """After which directions the next one lies half a turn or more on: a convex set tells nothing of those between.
+        """Whether the next direction is half a turn or more away.
 
-        One each direction, in their order; the last is followed by the first.
+        A convex set gives no information across such a gap. One value for each direction, in order; the first direction
+        follows the last.
         """
         return np.asarray(self._gaps >= 180 * (1 - 1e-9))
 
@@ -173,9 +183,10 @@ class Directions:
 
     @property
     def uncovered(self) -> str:
-        """That nothing is known of the directions between those that were run, and where they are few, in words.
+        """Caution that nothing is known between the directions that were run.
 
-        Empty where :attr:`least_between` covers them, and of one direction.
+        It also says if there are few directions. Empty if :attr:`least_between` covers the gaps, and for a single
+        direction.
         """
         if not math.isnan(self.least_between) or self.data.sizes["direction"] < 2:
             return ""
@@ -188,10 +199,10 @@ class Directions:
 
     @property
     def least_between(self) -> float:
-        """Load factor that no direction is below, the ones between those that were run included.
+        """Lower bound of the load factor in every direction.
 
-        NaN where the loads are not a convex set (:attr:`is_convex`), where a direction did not converge, or where two
-        neighbours lie half a turn or more apart.
+        It includes the directions between those that were run. NaN if the loads are not a convex set
+        (:attr:`is_convex`), a direction did not converge, or two neighbours are half a turn or more apart.
         """
         angles = np.radians(self.data["direction"].to_numpy())
         certain = (self.data["status"] == Status.CONVERGED).all() and self.is_convex
@@ -236,7 +247,9 @@ def directions(
     spread: bool | str | Iterable[str] = False,
     listeners: Iterable[Listener] = (),
 ) -> Directions:
-    """Push the weight of a structure in horizontal directions: load factors around the compass, and which governs.
+    """Push a structure in several horizontal directions.
+
+    The push is proportional to the weight. The result gives load factors around the compass and the governing one.
 
     Parameters
     ----------
@@ -245,9 +258,9 @@ def directions(
     dead
         Loads that act in full.
     directions : int, or quantity of angles
-        A number of them, evenly spread from +x; or the angles from +x towards +y, as ``Q_([0, 45], "deg")``.
+        A number of directions, evenly spaced from +x; or angles from +x towards +y, as ``Q_([0, 45], "deg")``.
     vertical : float
-        Vertical part of the variable load in multiples of the horizontal one, upwards if positive.
+        Vertical part of the variable load, as a multiple of the horizontal part; positive upwards.
     flow
         As for :class:`blockstruct.LimitCase`.
     store, settings, listeners
@@ -262,12 +275,12 @@ def directions(
     Raises
     ------
     ModelError, UnitError
-        If the directions are not usable, or a case cannot be run.
+        If the directions are invalid, or a case cannot be run.
 
     Warns
     -----
     StudyWarning
-        If a direction has no load factor: the envelope may be lower there.
+        If a direction has no load factor. The envelope may be lower there.
 
     Examples
     --------

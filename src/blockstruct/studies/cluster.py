@@ -14,13 +14,13 @@ from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended
 from blockstruct.studies.task import Job, Problem, carry_out_far, described
 
-#: Seconds in which a scheduler must answer, and a worker must be there.
+#: Seconds within which a scheduler must answer and a worker must be available.
 PATIENCE = 10.0
 
 
 @contextlib.contextmanager
 def connected(cluster: Any) -> Iterator[Any]:
-    """Client of a cluster that answers and has a worker of this version of blockstruct.
+    """Connect to a cluster with a worker of this version of blockstruct.
 
     Parameters
     ----------
@@ -85,15 +85,14 @@ def _check(client: Any) -> None:
 
 
 def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> Ended:
-    """Carry out runs on the workers of a cluster; each file is written here, when its run has ended.
+    """Carry out runs on a cluster; each file is written on this machine.
 
-    A worker that ends gives its runs back to the scheduler, which has them begun again elsewhere, up to its
-    ``allowed-failures``.
+    If a worker ends, the scheduler begins its runs again on other workers, up to its ``allowed-failures``.
 
     Raises
     ------
     ClusterError
-        If the scheduler is lost meanwhile.
+        If the scheduler is lost.
     """
     from distributed import as_completed
 
@@ -122,7 +121,7 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> En
 
 
 def _key(job: Job) -> str:
-    """Key of a run: the same at no other time, so that nothing is taken from what a cluster remembers."""
+    """Return a unique key of a run, so that a cluster reuses no old result."""
     return f"blockstruct-{job.name}-{uuid.uuid4().hex[:8]}"
 
 

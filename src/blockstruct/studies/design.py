@@ -1,4 +1,4 @@
-"""Which runs a study has: grids, lists side by side, samples of distributions."""
+"""The runs of a study: grids, paired lists, samples of distributions."""
 
 import hashlib
 import itertools
@@ -15,7 +15,7 @@ from blockstruct.results import checked_parameters, checked_value, plain_value, 
 from blockstruct.units import Q_
 
 GRID, PAIRED, LATIN, MONTE_CARLO = "grid", "paired", "latin hypercube", "monte carlo"
-#: Runs beyond which a study was not meant.
+#: Largest number of runs of a study; more are taken as a mistake.
 MOST_RUNS = 100_000
 
 
@@ -28,7 +28,7 @@ class Run:
     values : dict
         Numbers, texts and quantities by parameter.
     name : str
-        Without suffix; it follows from the values alone.
+        Name of the file without suffix. It depends on the values alone.
     """
 
     values: dict[str, Any]
@@ -36,29 +36,35 @@ class Run:
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> "Run":
-        """Run of values, which name it in coherent SI units: 4 MPa and 4000 kPa are the same."""
+        """Return the run of values.
+
+        The name uses coherent SI units: 4 MPa and 4000 kPa give the same name.
+        """
         plain = {name: plain_value(value) for name, value in values.items()}
         digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
         return cls(dict(values), f"run-{digest[:12]}")
 
     @property
     def stored(self) -> dict[str, Any]:
-        """Values as JSON keeps them, and as they are sent to a worker: quantities belong to a process."""
+        """Return the values as JSON stores them and as a worker receives them.
+
+        Quantities belong to one process and cannot be sent.
+        """
         return {name: stored_value(value) for name, value in self.values.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """Values of a parameter: along a dimension of its own, or in every run.
+    """Values of a parameter: along its own dimension, or in every run.
 
     Attributes
     ----------
     values : tuple
-        As build gets them.
+        Values as ``build`` receives them.
     coordinate : array
         Numbers in the unit of the first value, NaN for None; or texts, truth values.
     unit : str
-        Long name; empty if the values have none.
+        Long name of the unit; empty without one.
     """
 
     values: tuple[Any, ...]
@@ -68,19 +74,19 @@ class Axis:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """The runs of a study and how they lie.
+    """The runs of a study and their layout.
 
     Attributes
     ----------
     sampling : str
     axes : dict of str to Axis
-        Of what varies: along one dimension each in a grid, along ``run`` otherwise.
+        Axes of the varied parameters: one dimension each in a grid, otherwise along ``run``.
     fixed : dict
-        Values that are the same in all runs.
+        Values that all runs share.
     runs : list of Run
-        The last axis running fastest.
+        In order, the last axis varying fastest.
     seed : int or None
-        Of samples.
+        Seed of the samples.
     """
 
     sampling: str
@@ -91,34 +97,34 @@ class Design:
 
     @property
     def dims(self) -> dict[str, int]:
-        """Dimensions and sizes along which the runs lie."""
+        """Dimensions of the runs, with their sizes."""
         if self.sampling == GRID:
             return {name: len(axis.values) for name, axis in self.axes.items()}
         return {"run": len(self.runs)}
 
 
 def design_of(parameters: Mapping[str, Any], sampling: str | None, runs: int | None, seed: int) -> Design:
-    """Design of a study.
+    """Return the design of a study.
 
     Parameters
     ----------
     parameters
         By name: a list of values, a frozen distribution of scipy.stats (with a unit as ``Q_(distribution, "MPa")``), or
-        one value that all runs have.
+        one value for all runs.
     sampling
-        ``"grid"`` or ``"paired"`` for lists, ``"monte carlo"`` or ``"latin hypercube"`` for distributions; None takes
+        ``"grid"`` or ``"paired"`` for lists, ``"monte carlo"`` or ``"latin hypercube"`` for distributions; None selects
         the first.
     runs
         Number of samples.
     seed
-        Of samples: the same seed gives the same samples.
+        Seed of the samples: the same seed gives the same samples.
 
     Raises
     ------
     ModelError
-        If no runs can be made of the parameters.
+        If the parameters give no runs.
     UnitError, DimensionError
-        If values of one parameter are of several dimensions, or only some of them have a unit.
+        If the values of one parameter have several dimensions, or only some of them have a unit.
     """
     if not isinstance(parameters, Mapping) or not parameters:
         msg = f"study: parameters are {shown(parameters)}; give a mapping of names to values, lists or distributions"
@@ -177,7 +183,10 @@ def _axis(name: str, given: Any) -> Axis:
 
 
 def _coordinate(name: str, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
-    """Values as an array in the unit of the first one that has one; None is NaN."""
+    """Return values as an array in their first unit, and the unit.
+
+    None becomes NaN.
+    """
     some = [value for value in values if value is not None]
     kinds = {"quantity" if hasattr(v, "magnitude") else "text" if isinstance(v, str | bool) else "number" for v in some}
     if len(kinds) > 1:
@@ -193,13 +202,13 @@ def _coordinate(name: str, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
         if plain_value(value)[1] != dimension:
             msg = f"study: {name}: {value} is not a {dimension} as {some[0]} is; give values of one dimension"
             raise DimensionError(msg)
-    # What was written in that unit stays as it was written.
+    # Values given in that unit are not converted.
     found = [np.nan if v is None else v.magnitude if str(v.units) == unit else v.to(unit).magnitude for v in values]
     return np.array(found, dtype=float), unit
 
 
 def _samples(drawn: Mapping[str, Any], how: str, count: int, seed: Any) -> dict[str, Axis]:
-    """Samples by the inverse distribution functions, of points of the unit cube."""
+    """Return samples by the inverse distribution functions."""
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         msg = f"study: seed is {shown(seed)}; give a whole number, the same one for the same samples"
         raise ModelError(msg)
@@ -209,7 +218,7 @@ def _samples(drawn: Mapping[str, Any], how: str, count: int, seed: Any) -> dict[
 
         cube = qmc.LatinHypercube(len(drawn), seed=generator).random(count)
     else:
-        # A row a run: more runs with the same seed begin with the same runs.
+        # One row per run: more runs with the same seed begin with the same samples.
         cube = generator.random((count, len(drawn)))
     axes = {}
     for (name, given), column in zip(drawn.items(), cube.T, strict=True):

@@ -1,4 +1,4 @@
-"""Study documents: a model document, and which of its values are varied, as YAML or JSON."""
+"""Study documents in YAML or JSON: a model document with varied values."""
 
 import copy
 from collections.abc import Mapping
@@ -20,31 +20,31 @@ from blockstruct.units import Q_, SI_UNITS, parse
 
 @dataclass(frozen=True, slots=True)
 class DocumentBuild:
-    """Builds the model of a document with other values in some of its places.
+    """Builds the model of a document with some values replaced.
 
     Attributes
     ----------
     content : dict
-        Of the model document.
+        Content of the model document.
     name : str
-        Of the model, if the document has none.
+        Name of the model if the document has none.
     """
 
     content: dict[str, Any]
     name: str
 
     def __call__(self, **values: Any) -> tuple[Model, list[Case]]:
-        """Model and cases with values at dotted paths.
+        """Return the model and cases with new values at dotted paths.
 
         Raises
         ------
         DocumentError
-            If the document cannot have such values there.
+            If the document cannot hold these values.
         """
         content = copy.deepcopy(self.content)
         for path, value in values.items():
             holder, key = _place(content, path)
-            # A quantity as it is written in a document.
+            # Write a quantity as a document does.
             holder[key] = f"{value.magnitude!r} {value.units}" if hasattr(value, "magnitude") else value
         document = document_of(content, self.name)
         return document.model, list(document.cases)
@@ -52,17 +52,17 @@ class DocumentBuild:
 
 @dataclass(frozen=True, slots=True)
 class StudyDocument:
-    """What a study document says, as :func:`blockstruct.study` takes it.
+    """Content of a study document, as :func:`blockstruct.study` takes it.
 
     Attributes
     ----------
     build : DocumentBuild
     parameters : dict
-        By dotted path.
+        Parameters by dotted path.
     options : dict
         ``sampling``, ``runs``, ``seed``, ``spread``.
     settings : ProcedureSettings
-        Of the model document.
+        Settings of the model document.
     """
 
     build: DocumentBuild
@@ -82,10 +82,10 @@ def read_study(path: str | Path) -> StudyDocument:
     Raises
     ------
     StorageError
-        If a file cannot be read: the document, or that of the model it names.
+        If the document, or the model document that it names, cannot be read.
     DocumentError
-        If a file violates its schema, a path leads nowhere in the model document, or the values make no study: with
-        the place in the document.
+        If a file violates its schema, a path does not exist in the model document, or the values give no study. The
+        message names the place in the document.
     """
     path = Path(path)
     content = read_content(path, "study-1")
@@ -110,9 +110,9 @@ def read_study(path: str | Path) -> StudyDocument:
 
 
 def _place(content: Any, path: str) -> tuple[Any, Any]:
-    """What holds the value at a dotted path, and its key there: of a list, a name or a number.
+    """Return the container of the value at a dotted path, and its key.
 
-    Names may have dots themselves: the longest one that fits is taken.
+    A part of a path is a key, a name or an index. Names may contain dots; the longest match counts.
     """
     holder, key, rest = None, "", path
     while rest:
@@ -131,7 +131,7 @@ def _place(content: Any, path: str) -> tuple[Any, Any]:
 
 
 def _keys(content: Any) -> dict[str, Any]:
-    """Names by which a part of a document is found in it."""
+    """Return the keys of a part of a document, by name."""
     if isinstance(content, dict):
         return {str(key): key for key in content}
     if isinstance(content, list):
@@ -141,7 +141,7 @@ def _keys(content: Any) -> dict[str, Any]:
 
 
 def _parameter(given: Any, where: str) -> Any:
-    """A parameter as study takes it: values that read as quantities are quantities."""
+    """Return a parameter as ``study`` takes it, with quantities parsed."""
     try:
         if isinstance(given, Mapping):
             return _distribution(given, where)
@@ -154,14 +154,14 @@ def _parameter(given: Any, where: str) -> Any:
 
 
 def _value(given: Any, where: str) -> Any:
-    """A text such as ``"4 MPa"`` is a quantity, any other one a name."""
+    """Return a text such as ``"4 MPa"`` as a quantity, others unchanged."""
     if not isinstance(given, str) or not given.lstrip("+-")[:1].isdigit():
         return given
     return parse(given, where)
 
 
 def _distribution(given: Mapping[str, Any], where: str) -> Any:
-    """Distribution of scipy of its name and parameters, with their unit."""
+    """Return the distribution of scipy by name, parameters and unit."""
     from scipy import stats
 
     numbers = {key: value for key, value in given.items() if key != "distribution"}

@@ -1,4 +1,4 @@
-"""First-order scatter of an associative load factor, from the multipliers of one run."""
+"""First-order scatter of an associative load factor, from one run."""
 
 import warnings
 from collections.abc import Mapping
@@ -16,50 +16,54 @@ from blockstruct.units import si
 from blockstruct.vocabulary import Flow, Stage, Status
 
 _NONE = {"units": "dimensionless"}
-#: Relative step of the coefficients in the test for a kink, and how far derivatives may differ in it.
+#: Relative step of the coefficients in the test for a kink, and tolerated difference of derivatives in the test.
 _STEP, _SAME = 1e-4, 0.02
-#: Derivative in multiples of the load factor that is rounding.
+#: Derivative, relative to the load factor, that counts as rounding.
 _ROUNDING = 1e-6
 
 
 def first_order(result: CaseResult, standard_deviation: float | Mapping[str, float]) -> xr.Dataset:
-    """How the friction of each joint moves the load factor, and its scatter to first order.
+    """Return the sensitivity of the load factor to the friction of joints.
+
+    The result includes the first-order scatter of the load factor.
 
     Parameters
     ----------
     result
-        Of a case with associative flow that converged.
+        Result of a converged case with associative flow.
     standard_deviation
-        Of the friction coefficients, one for all or one for each joint material by name.
+        Standard deviation of the friction coefficients: one value, or one for each joint material by name.
 
     Returns
     -------
     xarray.Dataset
         Along ``interface``: ``derivative``, dα/dμ_k; ``friction_coefficient``; ``joint_material``; ``contribution``,
-        the derivative times the standard deviation. And ``load_factor``, with its standard deviation where the
-        coefficients of all joints are ``independent``, and where those of one joint material are the same,
-        ``correlated``. Joints in order of their contributions. The attribute ``unique`` is 1 if these are derivatives.
+        the derivative times the standard deviation. Joints are in order of their contributions. Without dimension:
+        ``load_factor``, and its standard deviation ``independent``, for independent coefficients of all joints, and
+        ``correlated``, for equal coefficients within a joint material. The attribute ``unique`` is 1 if the derivatives
+        exist.
 
     Warns
     -----
     StudyWarning
-        A load factor that has no derivatives there: run a study of samples instead.
+        If the load factor has no derivatives there. Run a study of samples instead.
 
     Raises
     ------
     ModelError
-        If the case has no dilatancy, so that no multiplier is a derivative, or did not converge.
+        If the case did not converge, or is without dilatancy, in which case multipliers are not derivatives.
 
     Notes
     -----
-    The load factor of the associative program is the value of a convex program, whose derivative with respect to the
-    bound of a condition is its multiplier [1]_. At contact point k that of ``‖(s, t)‖ ≤ c A + μ n`` is the sliding
-    velocity ``‖v_t‖`` (with ``w_L·u = 1``), so that ``dα/dμ_k = n ‖v_t‖``, summed over the points of a joint; where the
-    torsion of a joint is that of uniform pressure, the rate at which its cone slides is added. That is a derivative
-    where mechanism and forces are unique. Where several mechanisms have the same load factor, as in a wall of equal
-    joints that slides at any course, the load factor has a kink, and falls with the weakest of them by more than any
-    derivative tells. Two more runs, with all coefficients a little higher and lower, in shares drawn at random, tell
-    one from the other: ``unique``.
+    The associative load factor is the value of a convex program. Its derivative with respect to the bound of a
+    condition is the multiplier of the condition [1]_. At contact point k the condition is ``‖(s, t)‖ ≤ c A + μ n``.
+    Its multiplier is the sliding velocity ``‖v_t‖`` (with ``w_L·u = 1``). Hence ``dα/dμ_k = n ‖v_t‖``, summed over the
+    points of a joint. If a joint has the torsion of uniform pressure, the sliding rate of its cone is added.
+
+    These values are derivatives if mechanism and forces are unique. If several mechanisms share a load factor, the load
+    factor has a kink. An example is a wall of equal joints that slides at any course. The load factor then follows the
+    weakest mechanism and falls more than any derivative predicts. Two more runs detect a kink: all coefficients a
+    little higher and lower, in shares drawn at random. ``unique`` gives the outcome.
 
     References
     ----------
@@ -90,7 +94,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     sums = [contribution[names == name].sum() for name in dict.fromkeys(names)]
     along = ("interface",)
     predicted, left, right = _kink(result, derivative)
-    # Where friction does not count, as in rocking, the derivatives are rounding.
+    # If friction has no effect, as in rocking, the derivatives are rounding errors.
     same = max(_SAME * float(np.abs(derivative).sum()), _ROUNDING * abs(result.load_factor))
     unique = max(abs(left - predicted), abs(right - predicted)) <= same
     if not unique:
@@ -117,20 +121,23 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
 
 
 def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
-    """Derivative in one direction of all coefficients: by the multipliers, and one-sided downwards and upwards."""
+    """Return the derivative in one direction of all coefficients.
+
+    Three values: by the multipliers, and one-sided downwards and upwards.
+    """
     interfaces = result.model.interfaces
     mu = np.array([interface.joint_material.friction_coefficient for interface in interfaces])
-    # Joints that never slide stay as they are.
+    # Joints that never slide keep their coefficients.
     share = np.random.default_rng(0).uniform(0.5, 1.5, len(mu)) * np.where(np.isinf(mu), 0.0, mu)
 
     def load_factor(step: float) -> float:
         changed = []
         for k, interface in enumerate(interfaces):
             values = {name: getattr(interface.joint_material, name) for name in JOINT_PROPERTIES}
-            # Dilatancy does not count in associative flow, and may not exceed the angle of friction.
+            # Dilatancy has no effect in associative flow, and may not exceed the friction angle.
             values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
             if 0 < mu[k] < np.inf:
-                # It may not exceed the tension at which the friction cone ends.
+                # Tensile strength may not exceed the tension at the apex of the friction cone.
                 most = values["cohesion"] / values["friction_coefficient"]
                 values["tensile_strength"] = min(values["tensile_strength"], most)
             joint = JointMaterial.from_si(f"{k}", values, torsion=interface.joint_material.torsion)
@@ -146,7 +153,7 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
 
 
 def _of_joints(given: Any, names: Any) -> Any:
-    """Standard deviation of each joint."""
+    """Return the standard deviation of each joint."""
     if not isinstance(given, Mapping):
         given = dict.fromkeys(names, given)
     for name in given:

@@ -1,4 +1,4 @@
-"""Find the runs of a study that its store holds already."""
+"""Find the finished runs of a study in its store."""
 
 import math
 from collections.abc import Mapping
@@ -13,20 +13,20 @@ from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import values_of
 from blockstruct.vocabulary import counted
 
-#: Rows of the archive of one run, by the names of all columns.
+#: Rows of one run in the archive, each a mapping by column name.
 Rows = list[dict[str, Any]]
 
 
 def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, Rows], dict[str, str]]:
     """Return the rows of finished runs, and why other files are refused.
 
-    The model and the cases of each run are built anew and compared with its file.
+    The model and the cases of each run are built again and compared with its file.
 
     Returns
     -------
     tuple of dict
-        Rows by the name of the run. Reasons by the name of a run whose file was made with other values, another model,
-        other cases or other settings.
+        Rows by the name of the run. Reasons by the name of the run, for files with other values, models, cases or
+        settings.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
 
 
 def refusal(archive: Archive, others: Mapping[str, str]) -> str:
-    """Return the message of the error for files that are not of this study."""
+    """Return the error message on files that do not belong to this study."""
     name, why = next(iter(others.items()))
     return (
         f"study: {archive.folder} has {counted(len(others), 'run')} of these parameters, by name, but not of this "
@@ -62,7 +62,7 @@ def refusal(archive: Archive, others: Mapping[str, str]) -> str:
 
 
 def _difference(run: Run, kept: Analysis, plan: Plan) -> str:
-    """Return what differs between a run and the file of its name; empty if nothing does."""
+    """Return the difference between a run and its file; empty without any."""
     for name, value in run.values.items():
         due, unit = plain_value(value)
         found = plain_value(kept.parameters[name])[0] if name in kept.parameters else None

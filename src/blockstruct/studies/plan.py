@@ -1,4 +1,4 @@
-"""What all runs of a study share: how a model is built and run."""
+"""Settings that all runs of a study share."""
 
 import contextlib
 import inspect
@@ -15,20 +15,20 @@ from blockstruct.keywords import did_you_mean
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import Model
 
-#: Function of named parameters that gives a model and its cases.
+#: Function of named parameters that returns a model and its cases.
 Build = Callable[..., Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What all runs of a study share.
+    """Settings that all runs of a study share.
 
     Attributes
     ----------
     build : callable
     settings : ProcedureSettings
     schedules : tuple of str
-        Of a spread.
+        Schedules of a spread.
     """
 
     build: Build
@@ -37,12 +37,12 @@ class Plan:
 
     @classmethod
     def of(cls, build: Build, settings: ProcedureSettings | None, spread: Any) -> "Plan":
-        """Plan of a study.
+        """Return the plan of a study.
 
         Raises
         ------
         ModelError
-            If build cannot be called, settings are of another kind, or a schedule is unknown.
+            If ``build`` is not callable, the settings have another type, or a schedule is unknown.
         """
         if not callable(build):
             msg = f"study: build is {shown(build)}; give a function of the parameters that returns a model and cases"
@@ -58,12 +58,12 @@ class Plan:
         return f"build {name_of(self.build)}"
 
     def model_and_cases(self, values: Mapping[str, Any]) -> tuple[Model, list[Any]]:
-        """What build returns for values.
+        """Return the model and cases that ``build`` returns for values.
 
         Raises
         ------
         ModelError
-            If that is not a model and its cases.
+            If the returned values are not a model and its cases.
         """
         built = self.build(**values)
         if not isinstance(built, tuple) or len(built) != 2 or not isinstance(built[0], Model):
@@ -73,7 +73,7 @@ class Plan:
         return model, list(cases) if isinstance(cases, list | tuple) else [cases]
 
     def check_names(self, names: Mapping[str, Any]) -> None:
-        """Refuse unknown and missing parameters of build.
+        """Refuse unknown and missing parameters of ``build``.
 
         Raises
         ------
@@ -93,12 +93,14 @@ class Plan:
             raise UnknownKeywordError(msg)
 
     def pickled(self) -> tuple[bytes, str]:
-        """The plan as bytes for another process, and why that must import the script of this one first, if it must.
+        """Return the plan as bytes, and why the script must be imported.
+
+        The second value is empty if another process need not import the script of this process.
 
         Raises
         ------
         StudyError
-            If build cannot be sent.
+            If ``build`` cannot be sent.
         """
         sent = b""
         with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
@@ -124,6 +126,6 @@ class Plan:
 
 
 def name_of(build: Build) -> str:
-    """Name of a build function, for people."""
+    """Return a readable name of a build function."""
     inner = build.func if isinstance(build, partial) else build
     return str(getattr(inner, "__qualname__", type(inner).__qualname__))

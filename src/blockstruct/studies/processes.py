@@ -16,7 +16,7 @@ from blockstruct.errors import StudyError
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import Job, Problem, carry_out, carry_out_sent
 
-#: One thread per library: the workers share the processors among themselves.
+#: One thread per library, because the workers share the processors.
 _ONE_THREAD = dict.fromkeys(
     (
         "OMP_NUM_THREADS",
@@ -29,7 +29,7 @@ _ONE_THREAD = dict.fromkeys(
     "1",
 )
 
-#: Runs as they end, each with why it has no results, if it has none.
+#: Runs as they end, each with the reason if it has no results.
 Ended = Generator[tuple[Job, Problem], None, None]
 
 
@@ -68,7 +68,7 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
 
     while left:
         yield from in_a_pool([*left.values()], workers)
-        # Runs are begun in their order, so those at work when a pool ended are the first that are left.
+        # Runs begin in order, so the unfinished runs of a pool are the first of the remaining ones.
         for job in [*left.values()][:workers]:
             yield from in_a_pool([job], 1)
             if left.pop(job.name, None):
@@ -78,7 +78,10 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
 
 @contextlib.contextmanager
 def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
-    """Start a pool of processes that end at once with the context; committed iterations are kept."""
+    """Start a pool of processes that end at once with the context.
+
+    Committed iterations are kept.
+    """
     # Spawned, not forked: a lock that a fork copies while it is held never opens.
     context = get_context("spawn")
     ends_with_parent, held_by_parent = context.Pipe(duplex=False)
@@ -106,9 +109,10 @@ def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
 
 @contextlib.contextmanager
 def _start_of_processes(*, needs_script: bool) -> Iterator[None]:
-    """Set the environment of the processes that start, and whether they import the script of this one.
+    """Set the environment of new processes.
 
-    A script that is imported runs again, but for what stands under ``if __name__ == "__main__"``.
+    ``needs_script`` makes them import the script of this process. The script runs again, except for the code under
+    ``if __name__ == "__main__"``.
     """
     before, script = {name: os.environ.get(name) for name in _ONE_THREAD}, sys.modules["__main__"]
     os.environ.update(_ONE_THREAD)
@@ -126,7 +130,7 @@ def _start_of_processes(*, needs_script: bool) -> Iterator[None]:
 
 
 def _begin(parent: Connection) -> None:
-    """Prepare a worker process, which ends when its parent closes the pipe or dies."""
+    """Prepare a worker process to end when its parent ends."""
     # An interrupt reaches the parent, which ends its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()

@@ -1,4 +1,4 @@
-"""How a study goes on."""
+"""Progress of a study."""
 
 import sys
 from collections.abc import Callable
@@ -9,15 +9,15 @@ from blockstruct.vocabulary import counted
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
-    """Count of the runs of a study, told whenever one has ended.
+    """Count of the runs of a study, sent when a run ends.
 
     Attributes
     ----------
     done, total : int
-        Runs that have ended, failed ones and those of before included.
+        Runs that have ended, including failed and earlier ones, and all runs.
     failed : int
     found : int
-        Runs that had been done before.
+        Runs that an earlier study had finished.
     seconds : float
         Since the study began.
     """
@@ -30,12 +30,12 @@ class StudyProgress:
 
     @property
     def seconds_left(self) -> float:
-        """Estimate by the mean of the runs that have ended; NaN before the first one."""
+        """Estimate from the mean duration of ended runs; NaN before the first."""
         now = self.done - self.found
         return self.seconds / now * (self.total - self.done) if now else float("nan")
 
     def __str__(self) -> str:
-        """One line of text."""
+        """Return one line of text."""
         text = f"{self.done} of {counted(self.total, 'run')}"
         text += f", {self.found} of them found" if self.found else ""
         text += f", {self.failed} failed" if self.failed else ""
@@ -48,7 +48,7 @@ Listener = Callable[[StudyProgress], None]
 
 
 def print_progress(progress: StudyProgress) -> None:
-    """Listener that writes one line to the terminal, over and over."""
+    """Print one line of progress on the terminal, over the previous one."""
     end = "\n" if progress.done == progress.total else ""
     print(f"\r\x1b[K{progress}", end=end, file=sys.stderr, flush=True)
 

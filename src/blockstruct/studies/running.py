@@ -1,4 +1,4 @@
-"""Many analyses of one structure, each with other values of its parameters."""
+"""Many analyses of one structure with varied parameters."""
 
 import contextlib
 import os
@@ -44,59 +44,62 @@ def study(
     rerun: bool = False,
     listeners: Iterable[Listener] | None = None,
 ) -> xr.Dataset:
-    """Run a structure with many values of its parameters, and give the load factors over them.
+    """Run a structure with many values of its parameters.
 
     Parameters
     ----------
     build
-        Function of the parameters by name that returns a model and its cases: ``build(**values) -> model, cases``.
+        Function that returns a model and its cases from named parameters: ``build(**values) -> model, cases``.
     parameters
         By name, each
 
-        - a list of numbers, texts or quantities, as ``Q_([2, 4], "MPa")``: all combinations are run (``"grid"``), or
-          the first values of all lists, then the second and so on (``"paired"``); None stands for an absent value;
+        - a list of numbers, texts or quantities, as ``Q_([2, 4], "MPa")``. ``"grid"`` runs all combinations.
+          ``"paired"`` runs the first values of all lists, then the second and so on. None stands for an absent value;
         - a frozen distribution of scipy.stats, as ``norm(0.6, 0.05)``, with a unit as ``Q_(lognorm(…), "MPa")``;
-        - one value that all runs have.
+        - one value for all runs.
     store
-        Folder that keeps a file of every run. A run that is found there is not repeated; one that was killed or
-        interrupted is gone on with. None keeps nothing.
+        Folder that keeps a file of every run. Finished runs are not repeated; killed or interrupted runs are
+        continued. None keeps nothing.
     sampling
-        ``"grid"`` (default) or ``"paired"`` for lists; ``"monte carlo"`` (default: independent samples, of which more
-        ``runs`` with the same ``seed`` begin with the same ones) or ``"latin hypercube"`` for distributions.
+        ``"grid"`` (default) or ``"paired"`` for lists; ``"monte carlo"`` (default) or ``"latin hypercube"`` for
+        distributions. Monte Carlo samples are independent. More ``runs`` with the same ``seed`` begin with the same
+        samples.
     runs, seed
         Number of samples of distributions, and their seed.
     workers
-        Processes of this machine, each with one thread for linear algebra; 1 runs in this process. As many as there
-        are processors by default.
+        Processes on this machine, each with one thread for linear algebra; 1 runs in this process. The default is the
+        number of processors.
     cluster
-        An existing Dask cluster instead: a Client, a cluster, or the address of a scheduler. Its workers need
-        blockstruct, and the module of ``build`` if it is in one, but no common disk.
+        A Dask cluster to use instead: a Client, a cluster, or the address of a scheduler. Its workers need blockstruct
+        and the module of ``build``, if any, but no shared disk.
     settings, spread
-        Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them.
+        Settings of the procedure and schedules of each case, as for :class:`blockstruct.AnalysisManager`.
     rerun
-        Replace runs that are found but have another model, other cases, settings or values, instead of refusing them.
+        Whether to replace finished runs with another model, cases, settings or values, instead of refusing them.
     listeners
-        Called with :class:`~blockstruct.studies.StudyProgress` when a run has ended; a line on a terminal by default.
+        Called with :class:`~blockstruct.studies.StudyProgress` when a run ends; by default a line on a terminal.
 
     Returns
     -------
     xarray.Dataset
         Along the parameters of a grid, or along ``run``; and along ``case``: ``load_factor``, ``bound`` (the
-        associative one), ``status``, ``flow``, ``flow_rule_gap``, ``n_iterations``, ``duration``, ``message``. And for
-        each run ``problem``, why it failed (empty if it did not; its load factors are NaN, its statuses ``failed``),
-        ``elsewhere``, whether another study is carrying it out (its statuses are ``elsewhere``), and ``path`` in the
-        store. Coordinates are in the unit of the first value of each parameter.
+        associative load factor), ``status``, ``flow``, ``flow_rule_gap``, ``n_iterations``, ``duration``, ``message``.
+
+        For each run: ``problem``, ``elsewhere`` and ``path``. ``problem`` is why the run failed; empty if it did not.
+        A failed run has NaN load factors and the statuses ``failed``. ``elsewhere`` is whether another study is
+        carrying the run out; its statuses are then ``elsewhere``. ``path`` is the path in the store. Coordinates are in
+        the unit of the first value of each parameter.
 
     Raises
     ------
     ModelError
-        If no runs can be made of the parameters, or of the number of samples or workers, or a parameter has the name
-        of a variable that a study gives, or of ``run`` or ``case``.
+        If the parameters give no runs, or the number of samples or workers is invalid. Also if a parameter has the name
+        of a variable of the study, ``run`` or ``case``.
     UnknownKeywordError
-        If ``build`` does not take a parameter, or needs one more.
+        If ``build`` does not take a parameter, or a parameter is missing.
     StorageError
-        If the store cannot be written, or holds a file under the name of a run that was made with other values, another
-        model, other cases or other settings. Each run that is found is built anew and compared.
+        If the store cannot be written, or the file of a run has other values, another model, other cases or other
+        settings. Each finished run is built again and compared.
     StudyError
         If ``build`` cannot be sent to another process, or the processes cannot start.
     ClusterError
@@ -105,7 +108,7 @@ def study(
     Warns
     -----
     StudyWarning
-        If runs failed: they are tried again the next time. If another study is carrying out runs.
+        If runs failed; the next study tries them again. If another study is carrying out runs.
     """
     plan = Plan.of(build, settings, spread)
     design = design_of(parameters, sampling, runs, seed)
@@ -121,7 +124,7 @@ def study(
         rows, others = found_runs(archive, design, plan)
         if others and not rerun:
             raise StorageError(refusal(archive, others))
-        # Samples of few values may have several runs that are the same.
+        # Samples of few values may repeat a run.
         runs_left = {run.name: run for run in design.runs if run.name not in rows}
         jobs = [Job(name, run.stored, name in others) for name, run in runs_left.items()]
         total = len(rows) + len(jobs)
@@ -141,7 +144,7 @@ def study(
 def _conduct(
     archive: Archive, ended: Ended, rows: dict[str, Rows], total: int, listeners: Sequence[Listener]
 ) -> dict[str, Problem]:
-    """Take the rows of runs as they end; gives why runs have no results."""
+    """Collect the rows of runs as they end; return why runs failed."""
     start, found, problems = perf_counter(), len(rows), dict[str, Problem]()
 
     def tell() -> None:

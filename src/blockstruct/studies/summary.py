@@ -1,4 +1,4 @@
-"""The distribution of the load factors of a study whose parameters are samples."""
+"""Distribution of the load factors of a study of samples."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,43 +22,52 @@ def summary(
     confidence: float = 0.9,
     below: Sequence[float] = (),
 ) -> xr.Dataset:
-    """Fractiles of the load factor with confidence intervals, without any assumption on its distribution.
+    """Return fractiles of the load factor with confidence intervals.
+
+    They assume no distribution of the load factor.
 
     Parameters
     ----------
     data
-        A study of distributions, or of samples side by side.
+        A study of distributions, or of paired samples.
     fractiles
         Probabilities of a lower load factor.
     confidence
-        Probability that an interval holds the true value, at least: exactly for independent samples.
+        Least probability that an interval contains the true value; it holds exactly for independent samples.
     below
-        Load factors of which the probability to be lower is asked.
+        Load factors whose probability of a lower value is required.
 
     Returns
     -------
     xarray.Dataset
-        Along ``case`` and ``fractile``: ``load_factor``, ``lower`` and ``upper``, which are order statistics, infinite
-        where there are too few runs to tell. Along ``case`` and ``level``: ``probability``, ``probability_lower`` and
-        ``probability_upper`` (Clopper–Pearson). Along ``case``: ``mean_load_factor`` and ``standard_deviation`` of the
-        finite load factors, and the number of ``runs``, of those ``unstable`` under their dead load, whose load factor
-        counts as −∞, of those ``unbounded``, +∞, of those ``unknown`` (failed, not converged, dependent on
-        self-stress), which are left out of every estimate and make every interval as wide as if they could lie
-        anywhere, and of those ``drifting`` when they were stopped, which count with their load factor there.
-        Settlements, which have reactions and no load factors, are left out.
+        Along ``case`` and ``fractile``: ``load_factor``, ``lower`` and ``upper``. These are order statistics, infinite
+        if there are too few runs.
+
+        Along ``case`` and ``level``: ``probability``, ``probability_lower`` and ``probability_upper``
+        (Clopper–Pearson).
+
+        Along ``case``: ``mean_load_factor`` and ``standard_deviation`` of the finite load factors, and numbers of runs:
+
+        - ``runs``: all runs;
+        - ``unstable``: unstable under their dead load; the load factor counts as −∞;
+        - ``unbounded``: the load factor counts as +∞;
+        - ``unknown``: failed, not converged, or dependent on self-stress. They are left out of every estimate. Every
+          interval is as wide as if their load factors could have any value;
+        - ``drifting``: stopped while drifting; they count with their last load factor.
+
+        Settlements are left out, because they have reactions instead of load factors.
 
     Raises
     ------
     ModelError
-        If the study is a grid, has settlements alone or no run that did not fail, or a probability is not between 0
-        and 1.
+        If the study is a grid, has only settlements or only failed runs, or a probability is not between 0 and 1.
 
     Notes
     -----
-    Of n independent samples, the number below the p-fractile has a binomial distribution, so that the order statistics
-    of the ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` enclose it with a probability of γ or more. The points of a
-    Latin hypercube are not independent: its estimates scatter less as a rule, and the intervals are not exact, as
-    ``exact`` tells.
+    Of n independent samples, the number below the p-fractile has a binomial distribution. The order statistics of the
+    ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` therefore enclose the fractile with a probability of γ or more. The points of a
+    Latin hypercube are not independent. Its estimates usually scatter less, and the intervals are not exact, as
+    ``exact`` states.
     """
     if "run" not in data.dims or "load_factor" not in data:
         over = ", ".join(map(str, data.dims)) or "nothing"
@@ -92,7 +101,10 @@ def summary(
 
 
 def cases_with_load_factors(data: xr.Dataset) -> list[str]:
-    """Names of the cases of a study that are not settlements, whose answers are reactions."""
+    """Return the names of the cases of a study that are not settlements.
+
+    The answers of settlements are reactions.
+    """
     settles = np.zeros(data.sizes["case"], dtype=bool)
     for name in ("reaction", "reaction_moment"):
         if name in data:
@@ -106,7 +118,7 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     status, alpha = data["status"].to_numpy(), data["load_factor"].to_numpy()
     unstable, unbounded = status == Status.UNSTABLE, status == Status.UNBOUNDED
     converged = status == Status.CONVERGED
-    # A table that is made up need not say what has settled.
+    # A table made by hand may not contain ``settled``.
     settled = data["settled"].to_numpy() != 0 if "settled" in data else converged
     drifting = converged & ~settled
     values = np.where(unstable, -np.inf, np.where(unbounded, np.inf, alpha))
@@ -114,7 +126,7 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     n, tail = len(values), (1 - confidence) / 2
     lowest = np.sort(np.where(known, values, -np.inf))
     highest = np.sort(np.where(known, values, np.inf))
-    # Behind either end stands what no number of runs can tell.
+    # Ranks beyond either end need more runs than there are.
     ranked_low, ranked_high = np.concatenate([[-np.inf], lowest]), np.concatenate([highest, [np.inf]])
     below, above = (np.asarray(binom.ppf(q, n, fractiles)).astype(int) for q in (tail, 1 - tail))
     certain = np.sort(values[known])

@@ -11,7 +11,7 @@ from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
 from blockstruct.studies.task import Problem
 
-#: Status of a case of a run that failed, or that another study is carrying out: no status of a limit case.
+#: Status of a case of a failed run, or of a run that another study is carrying out. It is not a status of a limit case.
 FAILED, ELSEWHERE = "failed", "elsewhere"
 _NONE = {"units": "dimensionless"}
 _NUMBERS: Mapping[str, dict[str, str]] = {
@@ -32,13 +32,13 @@ _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path", "elsewhere")
 _TAKEN = {"run", "case", "missing_curve", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
-#: Numbers of some kinds of cases alone.
+#: Numbers that only some kinds of cases have.
 _OF_SOME = (*_REACTIONS, "d0", "curve_end")
 _COLUMNS = {"bound": "associative_load_factor"}
 
 
 def check_parameter_names(names: Iterable[str]) -> None:
-    """Refuse parameters whose names are taken by what a study gives.
+    """Refuse parameters with the names of variables of a study.
 
     Raises
     ------
@@ -54,16 +54,16 @@ def check_parameter_names(names: Iterable[str]) -> None:
 
 
 def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], problems: Sequence[Problem]) -> xr.Dataset:
-    """Dataset of a study.
+    """Return the dataset of a study.
 
     Parameters
     ----------
     design
-        Its runs.
+        Design of its runs.
     rows
-        Of the archive, for each run.
+        Rows of the archive, for each run.
     problems
-        Why a run has no results; false if it has.
+        Why a run has no results; false if it has results.
     """
     cases = list(dict.fromkeys(str(row["case"]) for of_run in rows for row in of_run))
     dims, shape = list(design.dims), list(design.dims.values())
@@ -80,7 +80,7 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
             for name, values in (*numbers.items(), *texts.items()):
                 values[i, at[row["case"]]] = row.get(_COLUMNS.get(name, name), values[i, at[row["case"]]])
             if not _REACTIONS.isdisjoint(row):
-                # What bounds a reaction is no load factor.
+                # The bound of a reaction is not a load factor.
                 numbers["bound"][i, at[row["case"]]] = np.nan
     along = [*dims, "case"]
     for name in _OF_SOME:
@@ -111,26 +111,28 @@ def _status_of(is_elsewhere: bool) -> str:
 
 
 def frame_of(data: xr.Dataset) -> pd.DataFrame:
-    """The rows of a study as a table: one per case of each run, one per run that failed before it had any.
+    """Return the rows of a study as a table, one per case of each run.
+
+    A run that failed before it had cases has one row.
 
     Parameters
     ----------
     data
-        As :func:`blockstruct.study` gives it.
+        Dataset from :func:`blockstruct.study`.
 
     Returns
     -------
     pandas.DataFrame
-        ``run``, the parameters, ``case``, the variables of the study; ``settled``, false where the load factor had
-        not settled when the procedure ended; and ``missing_curve``, why a pushover with a collapse state has no
-        capacity curve, empty otherwise. ``attrs["units"]`` has the units.
+        ``run``, the parameters, ``case``, the variables of the study. ``settled`` is false if the load factor had not
+        settled when the procedure ended. ``missing_curve`` is why a pushover with a collapse state has no capacity
+        curve, otherwise empty. ``attrs["units"]`` has the units.
     """
     of_case = [name for name in _OF_CASE if name in data]
     parameters = [str(name) for name in data.coords if name not in ("run", "case")]
     cases, along = data["case"].to_numpy(), data["problem"].dims
     of_run = {name: data[name].broadcast_like(data["problem"]).transpose(*along) for name in (*parameters, *_OF_RUN)}
     runs = {name: values.to_numpy().ravel() for name, values in of_run.items()}
-    # There are no cases where every run failed.
+    # If every run failed, there are no cases.
     size = (data["problem"].size, len(cases))
     columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(size) for name in of_case}
     rows = []

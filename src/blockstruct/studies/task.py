@@ -1,4 +1,4 @@
-"""One run of a study, wherever it is carried out."""
+"""One run of a study, on any machine."""
 
 import pickle
 import tempfile
@@ -20,16 +20,16 @@ from blockstruct.vocabulary import Status
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A run that is to be carried out.
+    """A run to carry out.
 
     Attributes
     ----------
     name : str
-        Of its file, without suffix.
+        Name of its file, without suffix.
     values : dict
-        As JSON keeps them.
+        Values as JSON stores them.
     anew : bool
-        Whether what is there of it is put aside, instead of gone on with.
+        Whether to put existing data aside instead of continuing them.
     """
 
     name: str
@@ -39,13 +39,13 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Why a run has no results; false if it has.
+    """Why a run has no results; false if it has results.
 
     Attributes
     ----------
     text : str
     is_elsewhere : bool
-        Whether another study is carrying the run out: it has not failed.
+        Whether another study is carrying the run out. Such a run has not failed.
     """
 
     text: str = ""
@@ -53,7 +53,7 @@ class Problem:
 
     @classmethod
     def of(cls, error: BaseException) -> Self:
-        """Problem of an error."""
+        """Return the problem of an error."""
         return cls(described(error), isinstance(error, BusyError))
 
     def __bool__(self) -> bool:
@@ -64,7 +64,7 @@ class Problem:
 
 
 def carry_out(plan: Plan, job: Job, folder: str | Path) -> Problem:
-    """Carry out a run, into its file; gives why it has no results."""
+    """Carry out a run and write its file; return why it has no results."""
     path = Path(folder) / f"{job.name}.h5"
     try:
         killed = is_unfinished(path)
@@ -87,12 +87,12 @@ def carry_out(plan: Plan, job: Job, folder: str | Path) -> Problem:
 
 
 def values_of(stored: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of a run as build gets them."""
+    """Return the values of a run as ``build`` receives them."""
     return {name: restored_value(value, name) for name, value in stored.items()}
 
 
 def carry_out_sent(sent: bytes, job: Job, folder: str) -> Problem:
-    """:func:`carry_out` in another process."""
+    """Call :func:`carry_out` in another process."""
     try:
         plan = loaded(sent)
     except Exception as error:
@@ -103,7 +103,10 @@ def carry_out_sent(sent: bytes, job: Job, folder: str) -> Problem:
 
 
 def carry_out_far(sent: bytes, job: Job) -> tuple[Problem, bytes]:
-    """:func:`carry_out` on another machine: why it failed, and the bytes of the file."""
+    """Call :func:`carry_out` on another machine.
+
+    Return why the run failed, and the bytes of its file.
+    """
     with tempfile.TemporaryDirectory(prefix="blockstruct-") as folder:
         problem = carry_out_sent(sent, job, folder)
         path = Path(folder, f"{job.name}.h5")
@@ -112,14 +115,14 @@ def carry_out_far(sent: bytes, job: Job) -> tuple[Problem, bytes]:
 
 @lru_cache(maxsize=2)
 def loaded(sent: bytes) -> Plan:
-    """The plan that was sent, which is the same for many runs."""
+    """Return the plan that was sent, the same for many runs."""
     own_registry()  # Quantities that a function refers to need the registry of its code.
     plan: Plan = pickle.loads(sent)
     return plan
 
 
 def described(error: BaseException) -> str:
-    """Kind and text of an error, with its notes, on one line."""
+    """Return kind, text and notes of an error on one line."""
     text = str(error) or "it says nothing more; memory may have run out"
     notes = [text, *getattr(error, "__notes__", ())]
     return f"{type(error).__name__}: {' '.join('; '.join(notes).split())}"
