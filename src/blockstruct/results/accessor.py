@@ -41,7 +41,7 @@ class HistoryAccessor:
         self._ds = ds
 
     def convergence(self) -> pd.DataFrame:
-        """Return load factor, its relative change, and the certificate of each iteration.
+        """Return load factor, relative change and certificate by iteration.
 
         Returns
         -------
@@ -53,14 +53,16 @@ class HistoryAccessor:
         names = ("load_factor", "equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
         frame = self._ds[["stage", *names]].to_dataframe()[["stage", *names]]
         solved = frame["load_factor"].replace([np.inf, -np.inf], np.nan)
-        # A loading path starts from zero, and a change from zero has no ratio.
+        # A loading path starts from zero; a relative change from zero is undefined.
         frame.insert(2, "change", solved / solved.ffill().shift().replace(0.0, np.nan) - 1)
         if "reaction" in self._ds:
             frame.insert(1, "reaction", self._ds["reaction"].to_numpy())
         return frame
 
     def interfaces(self, state: str, iteration: int = -1) -> list[str]:
-        """Return the interfaces that have a state, such as ``"sliding"``, alone or with others in one iteration.
+        """Return the interfaces in a state, such as ``"sliding"``.
+
+        The state may be combined with others. One iteration counts.
 
         Raises
         ------
@@ -121,7 +123,7 @@ class HistoryAccessor:
         return series.dropna().sort_values(ascending=False, kind="stable").head(n)
 
     def contact_forces(self, interface: str, *, plain: bool = False) -> Any:
-        """Return the forces at the contact points of an interface in every iteration.
+        """Return the contact forces of an interface in every iteration.
 
         Parameters
         ----------
@@ -156,7 +158,9 @@ class HistoryAccessor:
         return {str(name): _given(found[name], plain=plain) for name in found.data_vars}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
-        """Return a variable as a quantity: ``quantity("contact_force", iteration=-1, component="n")``.
+        """Return a variable as a quantity.
+
+        For example ``quantity("contact_force", iteration=-1, component="n")``.
 
         Parameters
         ----------
@@ -222,7 +226,7 @@ class HistoryAccessor:
         return found.drop_vars("stage", errors="ignore")
 
     def frame(self, variable: str | None = None) -> pd.DataFrame:
-        """Return a variable as a pandas table: :func:`blockstruct.results.history_frame`."""
+        """Return a variable as a table: :func:`blockstruct.results.history_frame`."""
         return history_frame(self._ds, variable)
 
     def export(self, path: str | Path, variable: str | None = None) -> Path:
@@ -280,7 +284,10 @@ class HistoryAccessor:
 
     @staticmethod
     def _in_state(history: xr.Dataset, state: str) -> np.ndarray:
-        """Return whether each interface has a state, alone or combined, (iteration, interface)."""
+        """Return whether interfaces have a state, (iteration, interface).
+
+        The state may be alone or combined.
+        """
         known = [s.value for s in ContactState]
         if state not in known:
             msg = f"history: no state {shown(state)}; give one of {', '.join(known)}"

@@ -7,7 +7,7 @@ from blockstruct.limit import Certificate
 
 @dataclass(frozen=True, slots=True)
 class AdmissibleState:
-    """Forces in equilibrium within the strength of all joints, at some load factor.
+    """Forces in equilibrium within the strength of joints, at a load factor.
 
     With associative flow the load factor is a lower bound of the collapse load (static theorem). Without dilatancy the
     theorem does not hold: joints may slide at a lower load factor, so it is not a safe bound.

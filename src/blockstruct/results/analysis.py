@@ -91,7 +91,9 @@ class Analysis(Mapping[str, CaseResult]):
         return "interrupted" if cut else "finished"
 
     def spread(self, name: str) -> Spread:
-        """Return the results of a case with several schedules: ``bs.run(model, cases, spread=True)``, or ``"steep"``.
+        """Return the results of a case with several schedules.
+
+        Run the case with ``bs.run(model, cases, spread=True)``, or ``spread="steep"``.
 
         Raises
         ------
@@ -113,7 +115,7 @@ class Analysis(Mapping[str, CaseResult]):
 
     @property
     def headlines(self) -> dict[str, Headline]:
-        """Load factor, range and bound of every case, without the other runs of spreads."""
+        """Load factor, range and bound of every case, without runs of spreads."""
         return {name: result.headline for name, result in self.items() if result.of_case not in self}
 
     def replaced(self, **changes: Any) -> Self:
@@ -158,6 +160,6 @@ class Analysis(Mapping[str, CaseResult]):
 
 
 def _with_spreads(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
-    """Return the same results, with the range of their loading paths if they have several runs."""
+    """Return the results with the range of their loading paths, if any."""
     ranges = {name: spread.path_dependence for name, spread in spreads_of(results).items()}
     return {name: r.changed(path_dependence=ranges[name]) if ranges.get(name) else r for name, r in results.items()}

@@ -15,7 +15,7 @@ from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
 
-#: Dimension in which a value is, and what it is, of every attribute of a step.
+#: Dimension and long name of every attribute of a step.
 _VALUES = {
     "load_factor": ("dimensionless", "load factor α"),
     "displacement": ("length", "displacement of the control point along its direction"),
@@ -71,17 +71,18 @@ _DIMS = {
 
 Arrays = Mapping[str, NDArray[Any]]
 
-#: Rise of the load factor above its first value, and its jump between two states, relative to that, that are told.
+#: Rise of the load factor above its first value, and jump between two states, from which a caution is given. Both are
+#: relative to the first value.
 RISES, JUMPS = 0.02, 0.03
-#: Work of friction, with that of ties, relative to that of the push at the first state, up to which nothing slides.
+#: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
-#: Work of friction, relative to that of the push, from which blocks mostly slide; share of it that is left where they
-#: cease to; and change of the load factor behind, relative to its first value, over as long a way as the step in which
-#: they do, that is told.
+#: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
+#: they no longer do; change of the load factor after that step, over an equal distance and relative to the first load
+#: factor, from which a caution is given.
 MOSTLY, LEFT, SHIFTED = 0.5, 0.5, 0.01
-#: What the energy balance of a step misses, relative to all work so far, that is told.
+#: Error of the energy balance of a step, relative to all work so far, from which a caution is given.
 MISSED = 0.01
-#: Change of the force of a tie between two states, relative to its largest, that is one at once.
+#: Change of the force of a tie between two states, relative to its largest force, that counts as sudden.
 AT_ONCE = 0.5
 _BEGUN = (
     ", or friction leaves more than one collapse state, and procedure='loading path' in the settings finds the one "
@@ -92,9 +93,10 @@ _LEAPS = "another mechanism takes over, as where the hinge of an arch leaps, or 
 
 
 def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
-    """Values of steps, of which there is at least one: an array each, along the steps first.
+    """Return the values of at least one step, an array per attribute.
 
-    Those of contact points are one step after the other, so many as ``loaded_points`` tells.
+    The first dimension is the step. Values of contact points follow one another, step by step; ``loaded_points`` has
+    their number in each step.
     """
     found = {"loaded_points": np.array([len(step.force_of_contact) for step in steps])}
     for name in _VALUES:
@@ -104,27 +106,27 @@ def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
 
 
 def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
-    """Capacity curve of the values of its steps, in SI units.
+    """Return the capacity curve from the values of its steps, in SI units.
 
     Parameters
     ----------
     model, arrays
-        The structure, and :func:`step_arrays`.
+        The structure, and the values from :func:`step_arrays`.
     ended
-        How the curve ended; empty if it is to be gone on with.
+        How the curve ended; empty if it can be continued.
 
     Returns
     -------
     xarray.Dataset
         Dimensions step, block, axis (x, y, z), contact and, with ties, tie; ``displacement`` is a coordinate along
-        ``step``. Contact points with a force are one step after the other, ``step_of_contact`` tells that of each.
-        ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before;
-        ``tie_break_displacement`` that at which each tie breaks, NaN where it does not. The attribute ``ended`` tells
-        how the curve ended.
+        ``step``. Contact points with a force follow one another, step by step; ``step_of_contact`` has their steps.
+        ``d0`` is the displacement at which the load factor is zero, NaN if the curve ended before.
+        ``tie_break_displacement`` is the displacement at which each tie breaks, NaN if it does not. The attribute
+        ``ended`` states how the curve ended.
     """
     n = len(arrays["load_factor"])
     if "tie_force" in arrays and model.ties:
-        # What is left of the force of a slack tie is the solver's rounding.
+        # The residual force of a slack tie is the solver's rounding.
         force = arrays["tie_force"]
         arrays = {**arrays, "tie_force": np.where(slack(model, force), 0.0, force)}
     variables: dict[str, Any] = {
@@ -134,7 +136,7 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
             {"units": SI_UNITS[dimension], "long_name": long_name} if dimension else {"long_name": long_name},
         )
         for name, (dimension, long_name) in _VALUES.items()
-        # Without ties there is nothing to tell of them, and what older working data do not tell is left out.
+        # A model without ties has no tie variables. Old working data may lack other variables.
         if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
     }
     curve = list(zip(arrays["displacement"].tolist(), arrays["load_factor"].tolist(), strict=True))
@@ -169,11 +171,11 @@ def _length(long_name: str) -> dict[str, str]:
 
 
 def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
-    """What of a capacity curve is to be looked at, a clause each: that it rises, jumps, or begins to rock in a step.
+    """Return cautions on a capacity curve: rises, jumps, sudden rocking.
 
-    A jump, over one step or two, is what neither the way before nor the way behind goes on to, so that a kink is none.
-    Those where a tie breaks are told with the tie, and those where one is pulled tight or slackens are in its forces.
-    The procedure is that of the settings, by which the collapse state was found.
+    Each caution is a clause. A jump, over one step or two, continues neither the curve before nor the curve after it;
+    a kink is no jump. Jumps from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or
+    slack appear in its forces. ``procedure`` is the procedure of the settings, which found the collapse state.
     """
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
     if len(d) < 3 or not alpha[0]:
@@ -188,13 +190,13 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     of_ties = _of_ties(capacity)
-    # A state may come to be on the way of a jump, as rounding would have it.
+    # Rounding may put a state in the middle of a jump.
     for steps in (1, 2):
         beyond = _beyond(way, alpha, of_ties, steps)
         jump, behind = int(beyond.argmax()), int(beyond.argmax()) + steps
         if beyond[jump] <= JUMPS * abs(alpha[0]):
             continue
-        # A curve that does not tell of friction may have any, and one of ties that yield too.
+        # A curve without friction data may have any friction. Ties that yield count as friction.
         slides = "dissipation" not in capacity or (
             capacity["dissipation"].to_numpy()[jump : behind + 1].max() > SLIDES * abs(alpha[0])
         )
@@ -209,7 +211,7 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
 
 
 def _misses(capacity: xr.Dataset) -> list[str]:
-    """Where energy is released that nothing quasi-static balances."""
+    """Return a caution if quasi-static forces do not balance the energy."""
     if "energy_error" not in capacity or (missed := capacity["energy_error"].to_numpy()).max() <= MISSED:
         return []
     k = int(missed.argmax())
@@ -219,7 +221,10 @@ def _misses(capacity: xr.Dataset) -> list[str]:
 
 
 def _gives_way(way: NDArray[np.float64], capacity: xr.Dataset) -> list[str]:
-    """Where sliding gives way to rocking on a long step: the branch behind it may be as far off as the step is long."""
+    """Return a caution if sliding changes to rocking within a long step.
+
+    The following branch may then be wrong by as much as the length of the step.
+    """
     if "dissipation" not in capacity:
         return []
     d, alpha, friction = (capacity[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
@@ -238,13 +243,15 @@ def _gives_way(way: NDArray[np.float64], capacity: xr.Dataset) -> list[str]:
 def _beyond(
     way: NDArray[np.float64], alpha: NDArray[np.float64], of_ties: NDArray[np.bool_], steps: int
 ) -> NDArray[np.float64]:
-    """By how much a curve (n,) misses, over so many steps (n − steps,), the ways before and behind; zero where ties do.
+    """Return the deviation of a curve (n,) from both sides of each jump.
 
-    A curve that bends is above both or below both, and over more than one step that is no jump, nor is what is not
-    known on both sides.
+    The deviation over ``steps`` steps has shape (n − steps,). It is the smaller distance from the extrapolated curves
+    before and after the jump. It is zero if ties cause the jump, or if the curve is unknown on both sides. Over more
+    than one step both sides must be known. There, a curve above both extrapolations or below both is a bend, not a
+    jump.
     """
     begin, end, at_begin, at_end = way[:-steps], way[steps:], alpha[:-steps], alpha[steps:]
-    # As far again before and behind; beyond its ends, and across what ties do at once, nothing is known of the curve.
+    # Extrapolate over an equal length. The curve is unknown beyond its ends and across sudden changes of ties.
     at = 2 * begin - end, 2 * end - begin
     before, behind = (np.interp(x, way, alpha, np.nan, np.nan) for x in at)
     so_far = np.concatenate([[0], of_ties.cumsum()])
@@ -260,7 +267,10 @@ def _beyond(
 
 
 def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
-    """Steps (n − 1,) in which a tie breaks, or is pulled tight or slackens at once."""
+    """Return the steps (n − 1,) with a sudden change of a tie.
+
+    A tie breaks, or suddenly becomes tight or slack.
+    """
     d = capacity["displacement"].to_numpy()
     found = np.zeros(len(d) - 1, dtype=bool)
     if "tie_break_displacement" in capacity:
@@ -273,7 +283,10 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
-    """The steps of a capacity curve; none where it does not keep what they are gone on with from."""
+    """Return the steps of a capacity curve.
+
+    The list is empty if the curve lacks the data to be continued.
+    """
     names = [f.name for f in fields(FiniteStep)]
     if not {"step_of_contact", *names} - {"tie_force", "tie_elongation"} <= set(capacity.variables):
         return []
@@ -281,7 +294,7 @@ def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
     for name in names:
-        # Without ties a curve tells nothing of them.
+        # A model without ties has no tie variables.
         values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
         of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
         columns[name] = of_steps if name in _DIMS else values.tolist()
@@ -290,7 +303,7 @@ def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
 
 
 def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:
-    """Rotation matrices (step, block, 3, 3) of the blocks of a capacity curve."""
+    """Return rotation matrices (step, block, 3, 3) of a capacity curve."""
     vectors = capacity["rotation"].transpose("step", "block", "axis").to_numpy()
     flat = vectors.reshape(-1, 3)
     return Placement.at(np.zeros_like(flat), flat).rotation.reshape(*vectors.shape, 3)

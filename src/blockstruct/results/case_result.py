@@ -111,7 +111,7 @@ class CaseResult:
             object.__delattr__(self, "history")
 
     def __getattr__(self, name: str) -> Any:
-        # Python calls this for missing attributes only. The one that may be missing is a history that is not read yet.
+        # Python calls this for missing attributes only. Only a history that is still unread may be missing.
         if name != "history" or self._unread is None:
             msg = f"{type(self).__name__!r} object has no attribute {name!r}"
             raise AttributeError(msg)
@@ -158,7 +158,10 @@ class CaseResult:
 
     @property
     def hung(self) -> tuple[str, ...]:
-        """Blocks that friction holds under the dead load in some states of self-stress only."""
+        """Blocks that friction holds only in some states of self-stress.
+
+        The dead load acts alone.
+        """
         return self._free_blocks(self.outcome.hung)
 
     @property
@@ -172,7 +175,7 @@ class CaseResult:
 
     @property
     def ended(self) -> str:
-        """How the case ended in a few words: its status, and whether its load factor settled."""
+        """Status of the case, and whether its load factor settled, in words."""
         return ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
 
     @property
@@ -185,44 +188,44 @@ class CaseResult:
 
     @property
     def mechanism(self) -> xr.Dataset:
-        """Collapse mechanism of the last iteration: :func:`blockstruct.results.mechanism`."""
+        """Collapse mechanism: :func:`blockstruct.results.mechanism`."""
         return mechanism(self.history)
 
     @property
     def macro_blocks(self) -> list[MacroBlock]:
-        """Bodies of the mechanism of the last iteration: :func:`blockstruct.results.macro_blocks`."""
+        """Bodies of the mechanism: :func:`blockstruct.results.macro_blocks`."""
         return macro_blocks(self.model, self.mechanism, dead=self.case.dead)
 
     @property
     def resultants(self) -> xr.Dataset:
-        """Interface resultants of every iteration: :func:`blockstruct.results.interface_resultants`."""
+        """Resultants: :func:`blockstruct.results.interface_resultants`."""
         return interface_resultants(self.history)
 
     @property
     def states(self) -> xr.DataArray:
-        """Interface states of every iteration: :func:`blockstruct.results.contact_state`."""
+        """Interface states: :func:`blockstruct.results.contact_state`."""
         return contact_state(self.history)
 
     @property
     def utilisation(self) -> xr.Dataset:
-        """Utilisation and neutral-axis depth: :func:`blockstruct.results.utilisation`."""
+        """Utilisation of joints: :func:`blockstruct.results.utilisation`."""
         return utilisation(self.history)
 
     @property
     def active_joints(self) -> pd.DataFrame:
-        """Joints that move in the last iteration: :func:`blockstruct.results.active_joints`."""
+        """Joints that move at last: :func:`blockstruct.results.active_joints`."""
         return active_joints(self.history)
 
     @property
     def answer(self) -> Answer:
-        """Name, symbol and unit of the number of the case: a load factor or a reaction."""
+        """Name, symbol and unit of the answer: a load factor or a reaction."""
         return Answer.of(self.model, self.case)
 
     @property
     def reaction(self) -> Any:
-        """Reaction when the structure begins to follow its supports: a force or a moment.
+        """Reaction when the structure begins to follow its supports.
 
-        It is NaN without a result.
+        It is a force or a moment; NaN without a result.
 
         Raises
         ------
@@ -260,17 +263,17 @@ class CaseResult:
 
     @property
     def ties(self) -> pd.DataFrame:
-        """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`."""
+        """Ties at the end: :func:`blockstruct.results.ties_at_collapse`."""
         return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
 
     @property
     def broken_ties(self) -> pd.DataFrame:
-        """Ties that break in a pushover: :func:`blockstruct.results.broken_ties`; empty without any."""
+        """Broken ties of a pushover: :func:`blockstruct.results.broken_ties`."""
         return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
 
     @property
     def missing_curve(self) -> str:
-        """Why a pushover with a collapse state has no capacity curve; otherwise empty."""
+        """Why a pushover with a collapse state has no curve; otherwise empty."""
         return self.curve_ended if self.capacity is None else ""
 
     @property
@@ -282,7 +285,7 @@ class CaseResult:
 
     @property
     def associative_load_factor(self) -> float:
-        """Load factor of the associative program: an upper bound of every flow rule.
+        """Associative load factor, an upper bound of every flow rule.
 
         It is infinite if unbounded, and NaN if the case ended before that program was solved.
         """
@@ -291,7 +294,7 @@ class CaseResult:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """Everything to know about the number: warnings, cautions, then explanations."""
+        """Facts about the number: warnings, cautions, then explanations."""
         masses = Note(NoteCode.MASSES, Severity.INFO, self.masses) if self.masses else None
         return (*self._caveats, *self._cautions, *filter(None, (self._cells, masses)))
 
@@ -302,7 +305,7 @@ class CaseResult:
 
     @property
     def owed(self) -> tuple[str, ...]:
-        """Sentences on how far torsion and crushing change the number; usually empty."""
+        """Sentences on the effect of torsion and crushing; usually empty."""
         return tuple(map(str, self._cautions))
 
     @property
@@ -315,7 +318,9 @@ class CaseResult:
 
     @property
     def crushing_warning(self) -> str:
-        """Sentences on rectangular joints that bear too much when bent about both axes; usually empty.
+        """Sentences on rectangular joints that bear too much; usually empty.
+
+        Such joints bend about both axes.
 
         It is always empty with ``crushing_interaction="biaxial"``. ``result.utilisation["crushing"]`` gives the
         figures of each joint.
@@ -357,7 +362,7 @@ class CaseResult:
 
     @property
     def admissible_state(self) -> AdmissibleState | None:
-        """The admissible iteration with the smallest flow-rule gap; None without one.
+        """Admissible iteration with the smallest flow-rule gap; None without one.
 
         It is the best result of a case that has not converged.
         """
@@ -385,9 +390,10 @@ class CaseResult:
 
     @property
     def last_feasible(self) -> int | None:
-        """Last iteration with forces in equilibrium within the true conditions; None without one.
+        """Last iteration with admissible forces; None without one.
 
-        It ignores mechanisms. The last iteration of a case that has not converged may be a different one.
+        The forces are in equilibrium within the true conditions. Mechanisms are ignored. The last iteration of a case
+        that has not converged may be a different one.
         """
         found = np.flatnonzero(self._admissible)
         return int(found[-1]) if len(found) else None
@@ -398,7 +404,7 @@ class CaseResult:
         return are_admissible(residual, excess, self.settings)
 
     def changed(self, **changes: Any) -> Self:
-        """Return the same result with other fields; an unread history stays unread."""
+        """Return the result with other fields; an unread history stays unread."""
         return replace(self, **{"history": self._unread or self.history, **changes})
 
     @classmethod
@@ -431,7 +437,10 @@ class CaseResult:
         return "" if plain else pushed_masses(self.model, self.case)
 
     def describe(self) -> str:
-        """Return sentences on the collapse: number, notes, bodies that move, failing joints, ties."""
+        """Return sentences on the collapse.
+
+        They give the number, notes, moving bodies, failing joints and ties.
+        """
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         motion = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]

@@ -156,7 +156,10 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
 
 
 def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.float64]:
-    """Return the relative difference of load factors; 0 if both are equal, infinite or missing (NaN)."""
+    """Return the relative difference of load factors.
+
+    It is 0 if both are equal, infinite or missing (NaN).
+    """
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
@@ -167,7 +170,9 @@ def _at_points(iteration: xr.Dataset, name: str) -> NDArray[np.float64]:
 
 
 def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.Dataset], Any]) -> float:
-    """Return the largest difference of values in the last iterations, relative to the largest value.
+    """Return the largest difference of values in the last iterations.
+
+    The difference is relative to the largest value.
 
     It is infinite if they cannot be compared. Two states without numbers are equal.
     """

@@ -1,4 +1,4 @@
-"""Joints that crush in cells, and the lever that cells take from a block that rocks on them."""
+"""Joints that crush in cells, and the lever arm lost by cells."""
 
 import numpy as np
 import xarray as xr
@@ -38,7 +38,10 @@ def crushing_in_cells(history: xr.Dataset, *, is_reaction: bool = False) -> Note
 
 
 def lost_lever(history: xr.Dataset, interface: int) -> float:
-    """Return the largest share of the lever M / N that cells lose, in any direction."""
+    """Return the largest share of the lever M / N that cells lose.
+
+    All directions are compared.
+    """
     axes = history["interface_frame"].to_numpy()[interface, 1:]
     centroid = history["interface_position"].to_numpy()[interface]
     of_corner = history["interface_of_interface_corner"].to_numpy() == interface

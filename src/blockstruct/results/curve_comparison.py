@@ -1,4 +1,4 @@
-"""Two capacity curves side by side."""
+"""Comparison of two capacity curves."""
 
 from typing import Any
 
@@ -8,21 +8,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Difference of load factors, relative to the largest of both curves, from which on two curves are told apart.
+#: Difference of load factors, relative to the largest of both curves, from which two curves count as different.
 APART = 1e-2
 
 
 def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[str, Any]:
-    """What two pushovers have in common, as values of one row.
+    """Compare two capacity curves; return the values of one row.
 
     Returns
     -------
     dict
-        ``d0`` (m, NaN without one) and ``curve_ended`` of each, with ``_other`` for the other one's;
-        ``curve_difference``, the largest of two: of the difference of load factors at the same displacement, relative
-        to the largest of both, and of that of the displacements at which they end, relative to the further one; 0
-        where neither is a pushover, infinite where one is, or one alone comes down to zero; ``curves_part_at`` (m), the
-        first displacement at which the load factors differ by more than 1 % of the largest, NaN where they do not.
+        ``d0`` (m, NaN without one) and ``curve_ended`` of each curve, with the suffix ``_other`` for the second.
+
+        ``curve_difference`` is the larger of two differences. One is the largest difference of load factors at the same
+        displacement, relative to the largest load factor of both. The other is the difference of the final
+        displacements, relative to the larger one. It is 0 if neither is a pushover. It is infinite if only one is a
+        pushover, or only one curve reaches zero.
+
+        ``curves_part_at`` (m) is the first displacement at which the load factors differ by more than 1 % of the
+        largest; NaN if they do not.
     """
     row: dict[str, Any] = {}
     for curve, suffix in ((one, ""), (other, "_other")):
@@ -45,6 +49,9 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
 
 
 def _along(curve: xr.Dataset) -> tuple[Array, Array]:
-    """Way of the control point along its direction, to and fro, m, and load factors."""
+    """Return the path length of the control point, m, and load factors.
+
+    The length adds motions to and fro along the direction of the point.
+    """
     displacement, alpha = (curve[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
     return np.abs(np.diff(displacement, prepend=displacement[0])).cumsum(), alpha

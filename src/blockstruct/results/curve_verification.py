@@ -1,4 +1,4 @@
-"""A capacity curve recomputed: what its states say, against the model, their forces and where their blocks are."""
+"""Verification of capacity curves from model, forces and positions."""
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -20,29 +20,30 @@ from blockstruct.statics import Statics, rotated
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Difference of places from those that motions lead to, relative to the mean size of blocks: rounding of rotations.
+#: Distance of blocks from the positions that their motions give, relative to the mean block size: rotations round.
 MOVED = 1e-6
-#: Relative difference of d0, and of the work of the variable load in a second from 1 J, that rounding makes.
+#: Relative rounding error of d0; deviation from 1 J of the work of the variable load in a second.
 SAME, AT_ONE_WATT = 1e-9, 1e-5
-#: Difference of works, as a share of all work, that is none: measured 1e-9, of forces that are too small to be kept;
-#: and load factor, relative to the first, with which there is no less work to compare with.
+#: Difference of works, as a share of all work, that counts as rounding: measured 1e-9, from forces too small to be
+#: kept. Least load factor, relative to the first, that scales the work.
 OF_WORK, LEAST = 1e-6, 0.05
-#: Largest force, in dead wrenches of a block, that is too small to be kept.
+#: Largest force, in units of the dead wrench of a block, that is too small to be kept.
 NOT_KEPT = 1e-9
-#: Relative difference of two computations of one residual beyond what holds.
+#: Relative difference of two computations of one residual beyond the tolerance of a certificate.
 ROUNDING = 1e-3
-#: Interpenetration, and flow-rule gap relative to the load factor and the dissipation, with which a state holds.
+#: Largest interpenetration of a certified state; largest flow-rule gap, relative to load factor plus dissipation.
 PENETRATING, CERTIFIED = 5e-2, 1e-2
-#: How far a way may go beyond the time of the motion, as a share of it: behind the break of a tie, in earlier files.
+#: Tolerated excess of a motion over its stored time, as a share, after the break of a tie in files of old versions.
 BEYOND = 2e-3
-#: Newton steps from rest to the time of a way, and change of it, as a share of the motion's, that gives the speed.
+#: Newton steps from rest to the time of a motion; time increment for the speed, as a share of the motion's time.
 NEWTON, CHANGE = 6, 1e-6
 
 
 def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseResult) -> Iterator[str]:
-    """What a capacity curve says against its model, loads, forces and the places of its blocks; nothing without one.
+    """Yield contradictions between a capacity curve and its model and forces.
 
-    Contacts are not searched: that blocks penetrate, and that the flow rule holds across gaps, is not recomputed.
+    They include loads and block positions. Without a curve there are none. Contacts are not searched again, so
+    interpenetration and the flow rule across gaps are not recomputed.
     """
     if result.capacity is None or not isinstance(result.case, Pushover):
         return
@@ -59,7 +60,7 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
 
 
 class _States:
-    """The states of a curve; arrays are along them first, in SI."""
+    """The states of a curve; the first dimension of arrays is the state, SI."""
 
     def __init__(self, moving: MovingProblem, curve: xr.Dataset, collapse: float) -> None:
         self._moving, self._curve, self._collapse = moving, curve, collapse
@@ -76,7 +77,7 @@ class _States:
         return np.asarray(self._curve[name].transpose("step", *dims))
 
     def places(self) -> Iterator[str]:
-        """Displacements and d0 against the places of blocks, and these against the motions that led there."""
+        """Compare displacements, d0 and motions with the block positions."""
         found = np.array([self._moving.control.displacement(at) for at in self._placements])
         yield from _told(
             ~(np.abs(found - self._displacement) <= MOVED * self._size),
@@ -101,7 +102,10 @@ class _States:
         )
 
     def _off_way(self) -> tuple[Array, Array]:
-        """How far each block (S, B) is off its way, m, turning over a characteristic length, and its times (S − 1,)."""
+        """Return deviations (S, B), m, of blocks from their motions, and times.
+
+        Rotations are multiplied by a characteristic length. At the times (S − 1,) the motions come closest.
+        """
         places = np.array([self._flat(at) for at in self._placements])
         motions = list(zip(self._placements[:-1], self._twist[:-1], strict=True))
 
@@ -121,11 +125,14 @@ class _States:
         return np.asarray(missed.max(axis=2)), time
 
     def _flat(self, placement: Placement) -> Array:
-        """Positions, and rotation matrices over a characteristic length, (B, 12), m."""
+        """Return positions and scaled rotation matrices, (B, 12), m.
+
+        The scale is a characteristic length.
+        """
         return np.asarray(np.column_stack([placement.position, self._size * placement.rotation.reshape(-1, 9)]))
 
     def motions(self) -> Iterator[str]:
-        """Velocities against the one watt that they belong to."""
+        """Compare the work of the variable load on the velocities with 1 W."""
         power = np.einsum("sbi,sbi->s", self._variable, self._twist)
         yield from _told(
             ~(np.abs(power - 1) <= AT_ONE_WATT),
@@ -133,7 +140,7 @@ class _States:
         )
 
     def lengths_of_ties(self) -> Iterator[str]:
-        """Elongations against where the anchors are."""
+        """Compare elongations with the positions of the anchors."""
         if "tie_elongation" not in self._curve:
             return
         stored = self._of("tie_elongation", "tie")
@@ -150,7 +157,7 @@ class _States:
         )
 
     def breaks_of_ties(self) -> Iterator[str]:
-        """Elongation limits against the model, and where ties break against their elongations."""
+        """Compare elongation limits and breaks of ties with the model."""
         if "tie_elongation" not in self._curve or "tie_break_displacement" not in self._curve:
             return
         names, limit = self._curve["tie"].to_numpy(), self._moving.statics.ties.elongation_limit
@@ -166,13 +173,13 @@ class _States:
                 )
 
     def verdicts(self) -> Iterator[str]:
-        """Whether certificates hold against their measures."""
+        """Compare the verdicts of certificates with their measures."""
         residual, excess, interpenetration, gap = (
             self._of(name) for name in ("equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
         )
         holds, work = self._of("holds") == 1, np.abs(self._alpha) + self._of("dissipation")
         within = (np.maximum(residual, excess) <= FORCES) & (interpenetration <= PENETRATING)
-        # Where hardly any work is done the gap is relative to that at collapse.
+        # If the work is small, the gap is relative to the work at collapse.
         most = CERTIFIED * np.maximum(work, LEAST * max(self._alpha[0], self._collapse))
         surely, possibly = (within & (gap <= (1 + rounding) * most) for rounding in (-ROUNDING, ROUNDING))
         yield from _told(
@@ -181,7 +188,7 @@ class _States:
         )
 
     def forces(self) -> Iterator[str]:
-        """Equilibrium and yield conditions of the forces against those that the certificates state."""
+        """Compare equilibrium and yield of the forces with the certificates."""
         length, k = np.linalg.norm(self._of_contact("normal_of_contact"), axis=1), self._contacts[0]
         if not np.abs(length - 1).max(initial=0.0) <= SAME:
             at = int(np.abs(length - 1).argmax())
@@ -189,7 +196,7 @@ class _States:
             yield f"state {k[at]} of the capacity curve: {of_contact}"
         kept = AT_LIMIT * (self._rounded > 0).sum(axis=1)
         yield from self._measure("equilibrium_residual", self._of("equilibrium_residual"), self._residual(), kept)
-        # Contact points without a force are not kept: the excess of one is zero.
+        # Contact points without a force are not stored; their excess is zero.
         yield from self._measure("yield_excess", np.maximum(self._of("yield_excess"), 0.0), self._excess())
 
     def _measure(self, name: str, stored: Array, found: Array, rounded: Array | float = 0.0) -> Iterator[str]:
@@ -204,9 +211,9 @@ class _States:
         )
 
     def works(self) -> Iterator[str]:
-        """What friction and ties dissipate, and what the energy balance of each step misses."""
+        """Compare dissipation and energy errors with the forces and motions."""
         stored, found = self._of("dissipation"), self._dissipated(self._twist)
-        # Of blocks that drop it is the dead load that does most of it.
+        # If blocks drop, the dead load does most of the work.
         work = np.abs(self._alpha) + np.abs(found) + np.abs(self._of("falling"))
         work = np.maximum(work, LEAST * abs(self._alpha[0]))
         of_ties = (self._rounded * np.abs(self._longer(self._twist))).sum(axis=1)
@@ -254,19 +261,22 @@ class _States:
 
     @cached_property
     def _rounded(self) -> Array:
-        """What forces of slack ties (S, N) may have been before they were kept as none, N."""
+        """Largest force (S, N) of slack ties before rounding to zero, N."""
         if not self._tie_force.size:
             return self._tie_force
         return np.where(self._tie_force > 0, 0.0, rounding_of_ties(self._moving.statics.model))
 
     def _own(self, values: Array) -> Array:
-        """Wrenches or twists (S, B, 6) in the axes of each free block, (S, F, 6)."""
+        """Return values (S, B, 6) in the axes of each free block, (S, F, 6).
+
+        The values are wrenches or twists.
+        """
         turned = self._rotation.reshape(-1, 3, 3).transpose(0, 2, 1)
         own = rotated(values.reshape(-1, 6), turned).reshape(values.shape)
         return np.asarray(own[:, self._moving.statics.free])
 
     def _residual(self) -> Array:
-        """Equilibrium residual (S,), as of a certificate."""
+        """Return the equilibrium residual (S,), as in a certificate."""
         state, blocks = self._contacts
         point, force = self._of_contact("point_of_contact"), self._of_contact("force_of_contact")
         dead = np.array([self._moving.dead.at(at) for at in self._placements])
@@ -281,7 +291,7 @@ class _States:
         return np.asarray(np.abs(found).max(axis=(1, 2)))
 
     def _excess(self) -> Array:
-        """Yield excess (S,), as of a certificate; zero inside."""
+        """Return the yield excess (S,), as in a certificate; zero inside."""
         state, (plus, minus) = self._contacts
         normal = self._of_contact("normal_of_contact")
         force = self._of_contact("force_of_contact") / np.minimum(*self._moving.unit[[plus, minus]])[:, None]
@@ -299,7 +309,10 @@ class _States:
         return found
 
     def _dissipated(self, twist: Array) -> Array:
-        """Work (S,) of friction and of ties in a second of motions (S, B, 6), J."""
+        """Return the work (S,) of friction and ties in a second, J.
+
+        The motions have shape (S, B, 6).
+        """
         state, (plus, minus) = self._contacts
         point, normal = self._of_contact("point_of_contact"), self._of_contact("normal_of_contact")
         at_plus, at_minus = (
@@ -313,20 +326,29 @@ class _States:
         return np.asarray(found + (self._tie_force * self._longer(twist)).sum(axis=1))
 
     def _not_kept(self) -> Array:
-        """Most work (S,) in a second of forces that are too small to be kept: blocks that drop are fast."""
+        """Return the largest work (S,) in a second of forces too small to keep.
+
+        The work is not negligible for blocks that drop, which are fast.
+        """
         missing = self._of("contact_points") - np.bincount(self._contacts[0], minlength=len(self._alpha))
         speed = np.linalg.norm(self._twist[:, :, :3], axis=2).max(axis=1)
         unit = self._moving.unit
         return np.asarray(2 * speed * missing * NOT_KEPT * unit[np.isfinite(unit)].max())
 
     def _longer(self, twist: Array) -> Array:
-        """By how much ties (S, N) get longer in a second of motions (S, B, 6), m."""
+        """Return the lengthening (S, N) of ties in a second, m.
+
+        The motions have shape (S, B, 6).
+        """
         own = self._own(twist) * np.repeat([1.0, self._size], 3)
         found = [-(now.ravel() @ columns) for now, columns in zip(own, self._tie_columns, strict=True)]
         return np.reshape(found, self._tie_force.shape)
 
     def _energy_error(self, dissipation: Array) -> Array:
-        """What the work of each way misses (S,), relative to all so far; zero at the first state."""
+        """Return the energy error (S,) of each step, relative to all work so far.
+
+        It is zero at the first state.
+        """
         carried = self._twist.copy()
         way = np.diff(self._position, axis=0)
         carried[1:] = self._twist[:-1]
@@ -344,7 +366,7 @@ class _States:
 
 
 def _told(wrong: Flags, words: Callable[[int], str]) -> Iterator[str]:
-    """What is wrong of the first of the states where something is."""
+    """Yield one sentence on the first wrong state, if any."""
     at = np.flatnonzero(wrong)
     if len(at):
         more = f" and {len(at) - 1} more" if len(at) > 1 else ""

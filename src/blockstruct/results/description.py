@@ -1,4 +1,4 @@
-"""The facts of a collapse that its description words: bodies, joints, ties."""
+"""Description of a collapse: bodies, joints, ties."""
 
 import numpy as np
 import xarray as xr
@@ -27,7 +27,7 @@ _KINDS = {
 def describe(
     model: Model, history: xr.Dataset, dead: LoadPattern | None = None, status: Status = Status.CONVERGED
 ) -> str:
-    """Return sentences on a mechanism: bodies, axes of rotation, failing joints, ties.
+    """Return sentences on a mechanism: bodies, axes, joints, ties.
 
     Parameters
     ----------
@@ -62,13 +62,18 @@ def describe(
 
 
 def failures(history: xr.Dataset) -> str:
-    """Return the clause on the joints that dissipate most in the last iteration; empty if none moves."""
+    """Return the clause on the joints that dissipate most; empty without any.
+
+    The last iteration counts.
+    """
     states = active_joints(history).head(3)["state"]
     return text.failure_clause(zip(states.index.astype(str), states, strict=True))
 
 
 def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
-    """Return the joints that fail in each way in the last iteration, the most active first.
+    """Return the joints that fail in each way, the most active first.
+
+    The last iteration counts.
 
     Hinges are ranked by normal force times opening velocity, the others by dissipation.
     """

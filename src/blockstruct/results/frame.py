@@ -11,7 +11,7 @@ from blockstruct.results.states import contact_state
 
 
 def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
-    """Return the history of a case as a pandas table, units in the column names.
+    """Return the history of a case as a table, units in the column names.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
 
 
 def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
-    """Return the capacity curve of a pushover as a pandas table, units in the column names.
+    """Return a capacity curve as a table, units in the column names.
 
     Parameters
     ----------

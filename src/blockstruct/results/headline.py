@@ -1,4 +1,4 @@
-"""The number of a case with its range and its bound, for every text, figure and table."""
+"""The number of a case with its range and its bound."""
 
 from dataclasses import dataclass, field
 
@@ -54,7 +54,7 @@ class Headline:
 
     @property
     def lowest(self) -> float:
-        """The load factor, or the lowest over the variants of the loading path if that is lower."""
+        """Load factor, or the lowest of the loading paths if that is lower."""
         return self.load_factor if self.path_range is None else min(self.load_factor, self.path_range[0])
 
     @property
@@ -64,12 +64,12 @@ class Headline:
 
     @property
     def range(self) -> str:
-        """Text of the range; empty if the variants of the loading path were not run."""
+        """Text of the range; empty without variants of the loading path."""
         return range_text(self.path_range, self.answer)
 
     @property
     def bound(self) -> str:
-        """Text of the associative bound of a non-associative case; empty if unknown."""
+        """Text of the bound of a non-associative case; empty if unknown."""
         if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
             return ""
         bounded = np.isfinite(self.associative)

@@ -114,7 +114,7 @@ def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
 def iteration_variables(
     statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
 ) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
-    """Return dimensions, values and attributes of the variables of iterations, in SI."""
+    """Return dimensions, values and attributes of iteration variables, SI."""
     force = problem.force_unit
     n, K = len(iterations), problem.n_points
 

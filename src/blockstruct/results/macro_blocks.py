@@ -69,7 +69,7 @@ class MacroBlock:
 
     @property
     def axis(self) -> tuple[Array, Array] | None:
-        """Direction and nearest point, m, of the axis of rotation; None if the body slides.
+        """Direction and nearest point (m) of the axis; None if the body slides.
 
         A body slides if its rotation in radians is at most a thousandth of its translation in metres.
         """
@@ -85,8 +85,8 @@ def macro_blocks(
 ) -> list[MacroBlock]:
     """Return the bodies of a mechanism, moving or at rest, the heaviest first.
 
-    Two blocks belong to one body if they do not move apart, slide or turn against each other by more than the tolerance
-    at any corner of a joint between them.
+    Two blocks belong to one body if their relative velocity is within the tolerance at all corners of a joint between
+    them. It includes opening, sliding and turning.
 
     Parameters
     ----------

@@ -11,13 +11,16 @@ ROUNDING = 1e-3
 
 
 def motion_of(iteration: xr.Dataset) -> NDArray[np.float64]:
-    """Return velocity and angular velocity of each block in one iteration, (blocks, 6), SI."""
+    """Return velocities and angular velocities, (blocks, 6), SI."""
     of_blocks = [iteration[name].transpose("block", "axis") for name in ("block_velocity", "block_angular_velocity")]
     return np.hstack([motion.to_numpy() for motion in of_blocks])
 
 
 def largest_motion(history: xr.Dataset) -> float:
-    """Return the velocity in the last iteration that scales the mechanism, m/s; one if nothing moves."""
+    """Return the velocity that scales the mechanism, m/s; one at rest.
+
+    The last iteration counts.
+    """
     from scipy.spatial import cKDTree
 
     u = motion_of(history.isel(iteration=-1))
@@ -28,10 +31,12 @@ def largest_motion(history: xr.Dataset) -> float:
 
 
 def mechanism(history: xr.Dataset) -> xr.Dataset:
-    """Return the mechanism of the last iteration, with a largest translation of one.
+    """Return the mechanism of the last iteration, scaled.
 
-    If all centroids rest within rounding, the largest product is one of the rotation of a block and the distance from
-    its centroid to the nearest contact point is one.
+    The largest translation of a centroid is one.
+
+    If all centroids rest within rounding, rotations set the scale. Each rotation is multiplied by the distance from
+    the block's centroid to the nearest contact point. The largest product is then one.
 
     Parameters
     ----------

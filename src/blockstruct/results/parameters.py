@@ -15,7 +15,7 @@ Parameter = Any
 
 
 def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Parameter]:
-    """Return parameters as plain Python values, and quantities in the registry of blockstruct.
+    """Return parameters as plain Python values or quantities of blockstruct.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def checked_value(value: Any, what: str) -> Parameter:
 
 
 def stored_value(value: Parameter) -> Any:
-    """Return a parameter as a JSON value: a quantity with the long name of its unit."""
+    """Return a parameter as JSON; quantities get the long unit name."""
     return {"value": value.magnitude, "units": str(value.units)} if hasattr(value, "magnitude") else value
 
 
@@ -78,7 +78,7 @@ def restored_value(stored: Any, what: str) -> Parameter:
 
 
 def plain_value(value: Parameter) -> tuple[Any, str]:
-    """Return the value in SI units and the long name of its unit; empty without a unit."""
+    """Return the value in SI units and its long unit; empty without a unit."""
     if hasattr(value, "magnitude"):
         return in_si(value)
     return value, "dimensionless" if isinstance(value, int | float) and not isinstance(value, bool) else ""

@@ -1,4 +1,4 @@
-"""Which masses a mass-proportional push takes along, and which loads do nothing, in words."""
+"""Sentences on masses that a push moves and on loads without effect."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ _NAMES = {
 
 
 def pushed_masses(model: Model, case: Case) -> str:
-    """Which loads of a case act, in words: empty as a rule.
+    """Return sentences on the acting loads of a case; usually empty.
 
-    Of a mass-proportional push, which weights it acts on, and what it leaves out: weights on supports do not count. Of
-    a settlement, loads on supports.
+    For a mass-proportional push they list the weights that it moves and the weights that it does not. Weights on
+    supports have no effect. For a settlement they list loads on supports.
     """
     on_supports = _on_supports(model, case) if isinstance(case, SettlementCase) else ""
     return " ".join(filter(None, (_of_push(model, case), on_supports)))
@@ -55,7 +55,10 @@ def _of_push(model: Model, case: Case) -> str:
 
 
 def _on_supports(model: Model, case: Case) -> str:
-    """What the dead load applies to supports beside their own weight; empty if nothing."""
+    """Return the sentence on dead loads on supports; empty without any.
+
+    The own weight of supports does not count.
+    """
     others = np.array([not isinstance(load, SelfWeight | BodyForce) for load in case.dead.loads])
     found = applied_loads(model, case.dead)
     fixed = np.array([b.fixed for b in model.blocks])

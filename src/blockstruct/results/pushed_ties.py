@@ -1,4 +1,4 @@
-"""Ties in a pushover: their states, which of them break and where, and what the load factor loses."""
+"""Ties in a pushover: states, breaks and loss of load factor."""
 
 import numpy as np
 import pandas as pd
@@ -13,51 +13,57 @@ from blockstruct.vocabulary import TieState
 
 Array = NDArray[np.float64]
 
-#: Of displacements at which ties break, m.
+#: Decimals of the displacements at which ties break, m.
 DECIMALS = 9
-#: Ties that are told one by one.
+#: Largest number of ties that are listed one by one.
 LISTED = 5
 
 
 def break_displacements(displacement: Array, elongation: Array, limit: Array) -> Array:
-    """Displacement (N,) of the control point at which each tie reaches its limit, m; NaN where it does not.
+    """Return the displacements (N,) at which ties break, m; NaN without.
+
+    They are displacements of the control point, at the elongation limit of each tie.
 
     Parameters
     ----------
     displacement : (S,) array
-        Of the states, m.
+        Displacements of the control point in the states, m.
     elongation : (S, N) array
-        Of the ties in each state, m.
+        Elongations of the ties in each state, m.
     limit : (N,) array
-        Their elongation limits, m; infinite without one.
+        Elongation limits of the ties, m; infinite without one.
     """
     found = np.full(len(limit), np.nan)
     for tie, k in _breaking(elongation, limit).items():
         found[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
-    # Ties that break together do so at one displacement, and not within rounding of it.
+    # Ties that break together break at the same displacement, free of rounding.
     return np.round(found, DECIMALS)
 
 
 def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
-    """The state before which each tie breaks, of those that do; in the first state none is longer than it was."""
+    """Return the first state after the break of each tie that breaks.
+
+    In the first state all elongations are zero.
+    """
     first = (elongation > limit).argmax(axis=0)
     return {int(tie): int(first[tie]) for tie in np.flatnonzero(first)}
 
 
 def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
-    """The ties that break in a pushover, in the order in which they do.
+    """Return the ties that break in a pushover, in order.
 
     Parameters
     ----------
     capacity
-        Its capacity curve.
+        Capacity curve of the pushover.
 
     Returns
     -------
     pandas.DataFrame
-        Indexed by the tie: ``displacement [meter]`` of the control point at which it breaks, ``elongation [meter]``
-        there, which is its limit, ``force [newton]`` before, and ``load factor before`` and ``after``, of the states
-        just before and behind. Ties that break between the same states have the same ones.
+        Indexed by the tie: ``displacement [meter]`` of the control point at the break, ``elongation [meter]`` at the
+        break, ``force [newton]`` before the break, and ``load factor before`` and ``after``. The elongation equals the
+        limit of the tie. Load factors belong to the states just before and after the break. Ties that break between
+        the same two states share them.
     """
     meter, newton = SI_UNITS["length"], SI_UNITS["force"]
     lengths = [f"{name} [{meter}]" for name in ("displacement", "elongation")]
@@ -74,7 +80,9 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
-    """State of every tie in every state of a pushover, as :func:`tie_state`; ``broken`` once it is beyond its limit.
+    """Return the state of every tie in every state of a pushover.
+
+    States are as in :func:`tie_state`; a tie beyond its limit is ``broken``.
 
     Parameters
     ----------
@@ -100,12 +108,18 @@ def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
 
 
 def slack(model: Model, force: Array) -> NDArray[np.bool_]:
-    """Whether ties are slack by their forces (…, N) in a pushover, N; not where these are unknown."""
+    """Return whether ties are slack in a pushover, from forces (…, N), N.
+
+    An unknown force does not count as slack.
+    """
     return np.asarray(force <= rounding_of_ties(model))
 
 
 def rounding_of_ties(model: Model) -> Array:
-    """Force (N,) of each tie that is none, N: of what it bears, or of the weight of the lighter block at its ends."""
+    """Return the force (N,) below which each tie counts as slack, N.
+
+    It is a share of the capacity or, if less, of the weight of the lighter block at either end.
+    """
     segments = tie_segments(model.ties, model.blocks)
     weight = {b.name: np.inf if b.fixed else b.weight for b in model.blocks}
     lighter = np.array([min(weight[name] for name in segment.blocks) for segment in segments])
@@ -113,7 +127,10 @@ def rounding_of_ties(model: Model) -> Array:
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:
-    """Which ties break in a pushover, where, and what the load factor loses: a clause each time, and how many more."""
+    """Return clauses on the ties that break in a pushover.
+
+    Each gives the displacement and the loss of load factor. The last clause counts the remaining ties.
+    """
     found = broken_ties(capacity)
     listed = found.head(LISTED)
     said = []

@@ -7,7 +7,7 @@ from blockstruct.units import SI_UNITS
 
 
 def interface_resultants(history: xr.Dataset) -> xr.Dataset:
-    """Return the resultants of every interface in every iteration of a history.
+    """Return the resultants of every interface in every iteration.
 
     Forces act on the plus block; moments are about the centroid of the interface.
 

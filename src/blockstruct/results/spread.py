@@ -22,7 +22,9 @@ def run_name(case: str, schedule: str) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """Results of one non-associative case with several schedules, and of the associative case.
+    """Results of a non-associative case with several schedules.
+
+    The associative case is included.
 
     The load factor of a non-associative structure is not unique. The headline belongs to the run as given, and the
     variants of the loading path give its range. Schedules of the paper's procedure change neither.
@@ -62,7 +64,7 @@ class Spread:
 
     @property
     def highest(self) -> CaseResult | None:
-        """The settled run with the highest certified load factor; None without one."""
+        """Settled run with the highest certified load factor; None without one."""
         return max(self._settled, key=lambda r: r.load_factor, default=None)
 
     @property
@@ -71,13 +73,16 @@ class Spread:
 
     @property
     def path_dependence(self) -> tuple[float, float] | None:
-        """Lowest and highest load factor of the settled loading paths; None with fewer than two."""
+        """Lowest and highest load factor of the settled loading paths.
+
+        None with fewer than two such paths.
+        """
         found = [r.load_factor for r in self._settled if r.outcome.procedure is Procedure.LOADING_PATH]
         return (min(found), max(found)) if len(found) > 1 else None
 
     @property
     def headline(self) -> Headline:
-        """Load factor of the run as given, with its range and the associative bound."""
+        """Load factor of the given run, with its range and associative bound."""
         return self.given.headline
 
     @property
@@ -92,7 +97,7 @@ class Spread:
 
     @property
     def owed(self) -> tuple[str, ...]:
-        """Sentences on how torsion and crushing change the number of the run as given."""
+        """Sentences on torsion and crushing of the given run."""
         return self.given.owed
 
     def __repr__(self) -> str:

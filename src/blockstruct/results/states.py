@@ -35,7 +35,7 @@ FULLY_PRESSED = 0.999
 
 
 def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = 1e-4) -> xr.DataArray:
-    """Return the state of every interface in every iteration, from its forces and its motion.
+    """Return interface states from forces and motion, in every iteration.
 
     ``open``: no contact point stays closed, or none carries a force. A joint in compression is never open.
     ``sticking``: no relative motion. ``unknown``: the solver found no forces, or the file does not keep them. Any other
@@ -129,7 +129,7 @@ def _dilates_by_friction(history: xr.Dataset) -> Flags:
 
 
 def _fully_pressed(history: xr.Dataset) -> Flags:
-    """Return whether the joint of a contact point, or its cell, uses its full compressive strength."""
+    """Return whether the joint or cell of a contact point is fully pressed."""
     cell = history["cell_strength"].to_numpy()
     of_joint = crushing_used(history)[..., history["interface_of_contact_point"].to_numpy()]
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
@@ -137,7 +137,9 @@ def _fully_pressed(history: xr.Dataset) -> Flags:
 
 
 def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFrame:
-    """Return the joints that move in the last iteration of a history, by decreasing dissipation.
+    """Return the joints that move in the last iteration, most active first.
+
+    The order is by decreasing dissipation.
 
     Parameters
     ----------

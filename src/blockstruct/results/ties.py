@@ -24,7 +24,9 @@ OF_LIMIT = {
 
 
 def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
-    """Return the state of every tie in every iteration: a :class:`blockstruct.vocabulary.TieState`.
+    """Return the state of every tie in every iteration.
+
+    States are of :class:`blockstruct.vocabulary.TieState`.
 
     A tie is ``slack`` without force, ``yielding``, ``punching`` or ``slipping`` at its limit, and ``stressed`` in
     between. A stretch of a bonded bar also slips if the force changes by the whole bond in the block at either end.
@@ -64,13 +66,13 @@ def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
 
 
 def tie_forces(history: xr.Dataset) -> NDArray[np.float64]:
-    """Return the force (…, tie) of every tie, N; zero for slack ties, without solver noise."""
+    """Return the force (…, tie) of every tie, N; zero for slack ties."""
     force = history["tie_force"].transpose(..., "tie").to_numpy()
     return np.where(tie_state(history) == TieState.SLACK.value, 0.0, force)
 
 
 def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
-    """Return force, state and elongation of every tie in the last iteration of a case.
+    """Return force, state and elongation of ties in the last iteration.
 
     Parameters
     ----------

@@ -23,7 +23,9 @@ _BY_FORCE, _PRESSED = 1.2, 0.01
 
 
 def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
-    """Compare torque and shear of each interface with uniform pressure on its area.
+    """Compare torque and shear of interfaces with uniform pressure.
+
+    Uniform pressure acts on the area of the interface.
 
     V is the shear force, T the torque about the centre of the sliding resistance R. Shear leaves less of R to the
     torque. The exact amount depends on the outline and the direction of the shear. The ellipsoid ``‖(V, T / r̄)‖ ≤ R``,
@@ -96,14 +98,16 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
 
 
 def _resistance(iteration: xr.Dataset, normal: Array) -> Array:
-    """Sliding resistance (K,), N; zero where a joint never slides, for which nothing is uniform pressure's."""
+    """Return the sliding resistance (K,), N; zero if a joint never slides."""
     friction = iteration["friction_coefficient"].to_numpy()
     friction = np.where(np.isinf(friction), 0.0, friction)
     return np.asarray(iteration["cohesion"].to_numpy() + friction * normal)
 
 
 def torsion_notes(model: Model, history: xr.Dataset, answer: str) -> list[Note]:
-    """Return the notes on torsion beyond uniform pressure that affects the answer.
+    """Return the notes on torsion that affects the answer.
+
+    The torsion exceeds that under uniform pressure.
 
     Joints that limit torsion at their contact points have one note, joints that limit it by an ellipsoid another.
     ``answer`` is ``"load factor"`` or ``"reaction"``.

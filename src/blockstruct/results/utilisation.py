@@ -81,7 +81,7 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
 
 
 def crushing_used(history: xr.Dataset) -> Array:
-    """Return the utilisation of the compressive strength, (..., J), as :func:`utilisation` does."""
+    """Return the use (..., J) of compressive strength: :func:`utilisation`."""
     starts = _starts(history)
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
     N = np.add.reduceat(n, starts, axis=-1)
@@ -98,7 +98,7 @@ def crushing_used(history: xr.Dataset) -> Array:
 
 
 def beyond_rectangle(history: xr.Dataset) -> pd.Series:
-    """Return the eccentricity of each crushing rectangle, relative to its limit.
+    """Return eccentricities of crushing rectangles, relative to the limit.
 
     It takes the normal force and the direction of the eccentricity in the last iteration; NaN unless the joint is in
     compression. If a block rocks on one such joint, its load factor is too large by this factor.
@@ -117,7 +117,7 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
 
 
 def biaxial_crushing(history: xr.Dataset, *, is_reaction: bool = False) -> Note | None:
-    """Return the note on joints that exceed their effective rectangle; None without any.
+    """Return the note on joints beyond their effective rectangle, or None.
 
     Parameters
     ----------
@@ -139,12 +139,12 @@ def _starts(history: xr.Dataset) -> NDArray[np.int64]:
 
 
 def _floor(history: xr.Dataset) -> Array:
-    """Return the force of each interface, (J,), below which it has no utilisation."""
+    """Return forces (J,) below which interfaces have no utilisation."""
     return _FLOOR * np.asarray(np.add.reduceat(history["contact_force_unit"].to_numpy(), _starts(history)))
 
 
 def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, Array]:
-    """Return crushing rectangles, edge forces (..., R, 4), ``f_t A`` and ``(f_c + f_t) A``."""
+    """Return rectangles, edge forces (..., R, 4), ``f_t A``, ``(f_c+f_t) A``."""
     starts, strength = _starts(history), history["compressive_strength"].to_numpy()
     joints = np.flatnonzero(np.isfinite(strength) & ~np.isfinite(history["cell_strength"].to_numpy()[starts]))
     corners = starts[joints][:, None] + np.arange(4)
@@ -155,7 +155,9 @@ def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, A
 
 
 def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> Array:
-    """Return the utilisation of rectangles, from forces N (..., R) and edge forces (..., R, 4).
+    """Return the utilisation of rectangles.
+
+    ``N`` has shape (..., R), ``edges`` (..., R, 4).
 
     It is 1 over the factor by which all forces can grow until
     ``(N + f_t A)³ = 4 (f_c + f_t) A (n_e + f_t A / 2) (n_f + f_t A / 2)``.
@@ -177,7 +179,7 @@ def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> A
 
 
 def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
-    """Return ``‖(V_s, V_t, T / r̄)‖`` of each interface, with the torque T about its centroid."""
+    """Return ``‖(V_s, V_t, T / r̄)‖`` of interfaces, T about the centroid."""
     index = history["interface_of_contact_point"].to_numpy()
     arm = (history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index])[:, None]
     x, y = (history["interface_frame"].to_numpy()[index, 1:] * arm).sum(axis=2).T / (
@@ -188,7 +190,10 @@ def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]
 
 
 def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
-    """Return twice the distance from N to the governing edge, at most the depth of the interface."""
+    """Return twice the distance from N to the governing edge, limited.
+
+    The limit is the depth of the interface.
+    """
     index = history["interface_of_interface_corner"].to_numpy()
     J = history.sizes["interface"]
     starts = np.searchsorted(index, np.arange(J))

@@ -1,4 +1,7 @@
-"""Verification of results: certificates recomputed from model, loads, forces and velocities."""
+"""Verification of results by recomputed certificates.
+
+They follow from model, loads, forces and velocities.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -51,7 +54,10 @@ class _State:
 
     @classmethod
     def of(cls, statics: Statics, problem: LimitProblem, result: CaseResult) -> Self:
-        """Return the state of SI forces and velocities; under dead load alone, the load factor is the carried share."""
+        """Return the state of SI forces and velocities.
+
+        Under dead load alone, the load factor is the carried share.
+        """
         history = result.history
         x = _rows(history, "contact_force", "contact_point", "component")[-1].to_numpy() / problem.force_unit[:, None]
         T = np.zeros(0)
@@ -72,7 +78,9 @@ class _State:
 
 
 def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
-    """Return the certificate of a case, recomputed from model, loads and history.
+    """Return the recomputed certificate of a case.
+
+    Model, loads and history give it.
 
     It is None if the case is unbounded or has no iterations, as there is no state to certify.
 
@@ -92,8 +100,8 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
 def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
     """Return the contradictions between results and their own model and loads.
 
-    Statics, yield conditions, kinematics and flow-rule gap of the final state of every case are computed again from the
-    model and from the forces and velocities of its history. Status, load factor and stored certificate must agree with
+    Statics, yield conditions, kinematics and flow-rule gap of every final state are computed again. The inputs are the
+    model, and the forces and velocities of the history. Status, load factor and stored certificate must agree with
     them.
 
     Returns
@@ -239,7 +247,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
 
 
 def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
-    """Compare the equilibrium residuals of earlier iterations with their forces."""
+    """Compare residuals of earlier iterations with their forces."""
     history = result.history
     alpha, stored, stage = (history[name].to_numpy()[:-1] for name in ("load_factor", "equilibrium_residual", "stage"))
     x = _rows(history, "contact_force", "contact_point", "component")[:-1].to_numpy() / problem.force_unit[:, None]
@@ -271,7 +279,7 @@ def _reactions(result: CaseResult) -> Iterator[str]:
 
 
 def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
-    """Compare relative velocities, and velocities of supports, with the velocities of the free blocks."""
+    """Compare relative and support velocities with the free blocks."""
     ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
     of_contacts = _rows(history, "relative_velocity", "contact_point", "component")
@@ -300,7 +308,7 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
 
 
 def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
-    """Return whether values (n, ...) differ from expected ones beyond rounding."""
+    """Return whether values (n, ...) differ beyond rounding."""
     axes = tuple(range(1, stored.ndim))
     largest = np.abs(np.where(np.isfinite(expected), expected, 0.0)).max(axis=axes, initial=0.0, keepdims=True)
     same = np.isclose(stored, expected, rtol=0, atol=_ROUNDING * largest, equal_nan=True)
@@ -308,12 +316,15 @@ def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
 
 
 def _rows(history: xr.Dataset, name: str, *dims: str) -> xr.Variable:
-    """Return a variable by iteration, without coordinates, which are slow to index."""
+    """Return a variable by iteration, without its slow coordinates."""
     return history[name].variable.transpose("iteration", *dims)
 
 
 def _motion(history: xr.Dataset, part: slice) -> Array:
-    """Return velocities of centroids and angular velocities (n, blocks, 6) of some iterations, SI."""
+    """Return velocities of centroids and angular velocities, SI.
+
+    Shape (n, blocks, 6), for some iterations.
+    """
     of_blocks = (_rows(history, name, "block", "axis")[part] for name in ("block_velocity", "block_angular_velocity"))
     return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
 
