@@ -1,10 +1,13 @@
-"""The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
+"""All errors and warnings; each error is also a builtin exception.
+
+Plain ``except`` clauses for builtin exceptions therefore work.
+"""
 
 import re
 import reprlib
 from typing import Any, Self
 
-#: A number with a decimal comma, and what may follow it.
+#: A number with a decimal comma, and the text after it.
 _COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+(?:\s.*)?)", re.DOTALL)
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = 80
@@ -15,7 +18,7 @@ class BlockstructError(Exception):
 
 
 class UnitError(BlockstructError, TypeError):
-    """A bare number where a unit is needed, or a text that is not a quantity."""
+    """A bare number without its unit, or a text that is not a quantity."""
 
 
 class DimensionError(BlockstructError, ValueError):
@@ -35,15 +38,15 @@ class GeometryFileError(GeometryError):
 
 
 class UnknownNameError(ModelError, KeyError):
-    """A name that nothing in the model carries."""
+    """A name that does not exist in the model."""
 
     def __str__(self) -> str:
-        """Give the plain message: KeyError alone would print its repr."""
+        """Return the plain message; KeyError alone would print its repr."""
         return str(self.args[0]) if self.args else ""
 
 
 class UnknownKeywordError(ModelError, TypeError):
-    """A name that settings or the build function of a study do not have."""
+    """An unknown name of a setting or of a parameter of a build function."""
 
 
 class DocumentError(ModelError):
@@ -67,57 +70,71 @@ class FormatError(BlockstructError, ValueError):
 
 
 class CertificateError(BlockstructError, ValueError):
-    """A result whose status or certificate contradicts its own forces and velocities."""
+    """A result that contradicts its own forces and velocities."""
 
 
 class ClusterError(BlockstructError, ConnectionError):
-    """A Dask cluster that cannot be reached, has no workers, or none that can run a study."""
+    """A Dask cluster that cannot be reached or cannot run a study."""
 
 
 class StudyError(BlockstructError, RuntimeError):
-    """A study whose runs cannot be sent to the processes that are to carry them out."""
+    """A study whose runs cannot be sent to its processes."""
 
 
 class MissingExtraError(BlockstructError, ImportError):
-    """A package that only some views or file formats need and that is not installed."""
+    """A missing package that only some views or file formats need."""
 
     @classmethod
     def of(cls, error: ImportError, extra: str, what: str) -> Self:
-        """Error of something that needs the package that was not found, with the extra it comes with."""
+        """Return the error for a missing package, naming its extra."""
         msg = f'{what}: {error.name} is not installed; it comes with: pip install "blockstruct[{extra}]"'
         return cls(msg, name=error.name)
 
 
 class GeometryWarning(UserWarning):
-    """Geometry from a file was repaired or left out; the report says what."""
+    """Geometry from a file was repaired or left out; the report names it."""
 
 
 class UnverifiedWarning(UserWarning):
-    """A file is read although its seal does not match: nothing vouches for its numbers."""
+    """A file is read although its seal does not match.
+
+    Its numbers are unverified.
+    """
 
 
 class FormatWarning(UserWarning):
-    """A file that other programs do not read as it is meant; write it anew."""
+    """A file that other programs may misread; write it again."""
 
 
 class VersionWarning(UserWarning):
-    """Numbers that other versions made are kept where a run is gone on with; the versions of each case tell which."""
+    """A resumed run keeps numbers of other versions.
+
+    Each case gives its versions.
+    """
 
 
 class LoadFactorWarning(UserWarning):
-    """A load factor that means less than it seems to; the result says why."""
+    """A load factor that needs care; the result says why."""
 
 
 class StudyWarning(UserWarning):
-    """Runs of a study failed, or their load factors mean less than they seem to; the rows say which and why."""
+    """Runs of a study failed, or their load factors need care.
+
+    The rows give the runs and the reasons.
+    """
 
 
 class UnusualValueWarning(UserWarning):
-    """A value that is possible but hardly meant, a unit weight of 18 kN/mm³ for instance: look at it again."""
+    """A possible value that is probably a mistake.
+
+    An example is a unit weight of 18 kN/mm³.
+    """
 
 
 def decimal_point(text: str) -> str:
-    """A text that begins with a number with a decimal comma, with a point instead; empty for any other text.
+    """Return a text with a decimal comma as one with a decimal point.
+
+    Text may follow the number. The result is empty for any other text.
 
     >>> decimal_point("12,5 kN/m^3"), decimal_point("12.5 kN/m^3")
     ('12.5 kN/m^3', '')
@@ -127,7 +144,7 @@ def decimal_point(text: str) -> str:
 
 
 def shown(value: Any) -> str:
-    """Value on one line for the message of an error, cut short if it is long or deep.
+    """Return a value as one line for an error message, shortened.
 
     >>> shown([0] * 9), len(shown("k" * 1000))
     ('[0, 0, 0, 0, 0, 0, ...]', 80)

@@ -1,4 +1,4 @@
-"""Files from users, new files, CSV without formulas, and JSON objects that repeat no key."""
+"""Files of users, new files, CSV without formulas, JSON without repeats."""
 
 import errno
 import os
@@ -12,12 +12,15 @@ import pandas as pd
 
 from blockstruct.errors import StorageError
 
-#: How a formula of a spreadsheet begins, if it is not a number.
+#: Start of a spreadsheet formula that is not a number.
 _FORMULA = re.compile(r"(?![-+]?\d*\.?\d+([eE][-+]?\d+)?\Z)[=+\-@\t\r]")
 
 
 def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Object of JSON, refused with a ValueError if it repeats a key, of which the last would silently win."""
+    """Return a JSON object; raise ValueError if it repeats a key.
+
+    Otherwise the last value would silently win.
+    """
     found = dict(pairs)
     if len(found) < len(pairs):
         twice = sorted(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
@@ -27,15 +30,15 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def open_file(path: Path, kind: str) -> BinaryIO:
-    """Open a file of a user for reading, once, if it is a regular file.
+    """Open a regular file of a user for reading, once.
 
-    A pipe waits for its other end, and a device may have no end.
+    A pipe waits for its other end, and a device may have no end. Neither is opened.
 
     Parameters
     ----------
     path
     kind
-        The kind of file to give, for the message: "a mesh".
+        Kind of file, for the message: "a mesh".
 
     Raises
     ------
@@ -61,7 +64,10 @@ def open_file(path: Path, kind: str) -> BinaryIO:
 
 
 def read_file(path: Path, kind: str, most: int) -> bytes:
-    """Return the bytes of a file of a user, as :func:`open_file`; refuse one of more than ``most`` bytes."""
+    """Return the bytes of a file of a user, as :func:`open_file`.
+
+    A file of more than ``most`` bytes is refused.
+    """
     with open_file(path, kind) as stream:
         size = os.fstat(stream.fileno()).st_size
         if size > most:
@@ -78,7 +84,7 @@ def read_file(path: Path, kind: str, most: int) -> bytes:
 
 
 def unreadable(path: Path, error: Exception, kind: str) -> StorageError:
-    """Return the error of a path that cannot be opened or read."""
+    """Return the error for a path that cannot be opened or read."""
     reason = getattr(error, "strerror", None) or error
     if isinstance(error, FileNotFoundError | NotADirectoryError):
         return StorageError(f"{path}: no such file; give the path of {kind}")
@@ -90,19 +96,19 @@ def unreadable(path: Path, error: Exception, kind: str) -> StorageError:
 
 
 def check_new(path: Path) -> Path:
-    """A path, refused if there is a file already: asked before the work that a file is to hold."""
+    """Return a path, refused if it exists, before any work for the file."""
     if path.exists():
         raise _taken(path)
     return path
 
 
 def write_new(path: Path, text: str) -> Path:
-    """Write a text to a file that does not exist yet."""
+    """Write a text to a new file."""
     return write_new_bytes(path, text.encode("utf-8"))
 
 
 def write_new_bytes(path: Path, content: bytes | memoryview) -> Path:
-    """Write bytes to a file that does not exist yet."""
+    """Write bytes to a new file."""
     try:
         with path.open("xb") as stream:
             stream.write(content)
@@ -119,9 +125,10 @@ def _taken(path: Path) -> StorageError:
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    """Table as CSV, in which a text that a spreadsheet would run as a formula begins with an apostrophe.
+    """Return a table as CSV without formulas for a spreadsheet.
 
-    Names come from anyone's files: ``=HYPERLINK(…)`` is one. Numbers stay as they are, negative ones too.
+    A text that a spreadsheet would run as a formula begins with an apostrophe. Names may come from any file:
+    ``=HYPERLINK(…)`` is one. Numbers are unchanged, including negative ones.
     """
     plain = frame.copy(deep=False)
     for name, column in frame.items():
@@ -137,5 +144,5 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def _plain(values: Any) -> Any:
-    """Texts of an index or a column, none of them a formula."""
+    """Return the texts of an index or a column without formulas."""
     return values.map(lambda value: f"'{value}" if isinstance(value, str) and _FORMULA.match(value) else value)

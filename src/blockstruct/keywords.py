@@ -1,4 +1,4 @@
-"""Names that resemble an unknown one, and objects made again of their arguments."""
+"""Suggestions for unknown names, and copies of frozen dataclasses."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """What to use instead of an unknown name: the known ones that it begins or resembles, or all of them.
+    """Return advice on an unknown name: similar known names, or all names.
 
     >>> did_you_mean("friction", ["name", "friction_coefficient", "friction_angle"])
     'did you mean friction_coefficient or friction_angle?'
@@ -18,15 +18,15 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """
     known = list(known)
     near = [name for name in known if word and name.startswith(word)]
-    # The longer a word, the slower the search for words like it.
+    # The search for similar words is slower for longer words.
     near = near or get_close_matches(word[:100], known, cutoff=0.7)
     return f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known) or 'none'}"
 
 
 def made_again(instance: Any) -> tuple[Callable[[], Any], tuple[()]]:
-    """How a dataclass with frozen mappings is pickled and copied, as its ``__reduce__``: made again of its fields.
+    """Return the ``__reduce__`` value of a dataclass with frozen mappings.
 
-    Python can do neither with a frozen view of a dictionary.
+    It makes a new object from the fields. Python cannot pickle or copy a frozen view of a dictionary.
     """
     kind: Callable[..., Any] = type(instance)
     values = {field.name: getattr(instance, field.name) for field in fields(instance)}

@@ -1,4 +1,4 @@
-"""What a notebook shows of an object, and whether there is a notebook or a terminal to show anything in."""
+"""Output in notebooks, and detection of notebooks and terminals."""
 
 import sys
 import threading
@@ -8,7 +8,9 @@ from multiprocessing import parent_process
 
 
 def html_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]], notes: Iterable[str] = ()) -> str:
-    """Table as HTML, for ``_repr_html_``; names are anyone's text, so all of it is escaped.
+    """Return a table as HTML, for ``_repr_html_``, with all texts escaped.
+
+    Names may contain any text.
 
     >>> html_table("a < b", ["value"], [["<1>"]])[:67]
     '<p><b>a &lt; b</b></p><table><thead><tr><th>value</th></tr></thead>'
@@ -23,18 +25,24 @@ def html_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[objec
 
 
 def in_notebook() -> bool:
-    """Whether this is the kernel of a notebook."""
+    """Return whether this is the kernel of a notebook."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
     return shell is not None and hasattr(shell, "kernel")
 
 
 def is_watched() -> bool:
-    """Whether somebody sees what is printed: on a terminal or in a notebook, and not by one of several workers."""
+    """Return whether somebody sees printed lines.
+
+    True on a terminal or in a notebook, but not in one of several workers.
+    """
     alone = parent_process() is None and threading.current_thread() is threading.main_thread()
     return alone and (in_notebook() or is_terminal(sys.stdout))
 
 
 def is_terminal(stream: object) -> bool:
-    """Whether a stream is one of a terminal; what stands in for a stream may not know."""
+    """Return whether a stream is a terminal.
+
+    A substitute for a stream may lack the method ``isatty``; it is then not a terminal.
+    """
     return bool(getattr(stream, "isatty", bool)())

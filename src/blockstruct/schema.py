@@ -1,4 +1,4 @@
-"""The JSON schemas that ship with blockstruct, and what an instance violates."""
+"""The JSON schemas of blockstruct, and violations by an instance."""
 
 import json
 from functools import cache
@@ -10,17 +10,17 @@ from typing import Any
 from blockstruct.errors import decimal_point, shown
 from blockstruct.keywords import did_you_mean
 
-#: Violations beyond which an instance is of another kind, and more of them say nothing.
+#: Largest number of violations listed. An instance with more is of another kind.
 MOST_VIOLATIONS = 100
 
 
 @cache
 def schema_text(name: str) -> str:
-    """Text of a schema: ``"model-1"`` or ``"analysis-2"``."""
+    """Return the text of a schema: ``"model-1"`` or ``"analysis-2"``."""
     shipped = resources.files("blockstruct") / "schemas" / f"{name}.json"
     if shipped.is_file():
         return shipped.read_text(encoding="utf-8")
-    # An editable install reads the working tree, where schemas/ stands beside src/.
+    # An editable install reads the working tree, with schemas/ next to src/.
     return (Path(__file__).parents[2] / "schemas" / f"{name}.json").read_text(encoding="utf-8")
 
 
@@ -34,7 +34,10 @@ def _validator(name: str, part: str) -> Any:
 
 
 def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]]:
-    """Violations of a schema or a part of it, up to a hundred, as (path, message), in order of the paths."""
+    """Return the violations of a schema, or of a part of a schema.
+
+    The list has up to a hundred pairs (path, message), in order of the paths.
+    """
     import jsonschema
 
     found, misspelt, lacking = list[tuple[str, str]](), set[str](), list[tuple[str, str]]()
@@ -66,12 +69,12 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
         elif best.validator == "type" and "description" in best.schema:
             message = f"{message}; {best.schema['description']}"
         found.append((_cut(path), _cut(message)))
-    # A key that is missing is mostly the one that is misspelt.
+    # A missing key is usually the misspelt one.
     return sorted([*found, *(violation for violation in lacking if violation[0] not in misspelt)])
 
 
 def _alternatives(error: Any) -> list[str]:
-    """Keys of which one has to be given, if that is what an error is about."""
+    """Return the keys of which an error requires one; empty for others."""
     options = error.validator_value if error.validator in ("oneOf", "anyOf") else []
     if not isinstance(error.instance, dict) or any(set(option) != {"required"} for option in options):
         return []
@@ -79,7 +82,7 @@ def _alternatives(error: Any) -> list[str]:
 
 
 def listed_violations(found: list[tuple[str, str]]) -> str:
-    """Violations as a text, one line per violation."""
+    """Return violations as a text, one line per violation."""
     count = "a violation" if len(found) == 1 else f"{len(found)} violations"
     return "\n".join([f"{count} of the schema:", *(f"  {where}: {what}" for where, what in found)])
 

@@ -1,4 +1,4 @@
-"""The one pint registry and the passage from quantities to coherent-SI floats.
+"""The one pint registry, and conversion to coherent-SI floats.
 
 >>> si(Q_(12, "kN/m^3"), "force/volume", "unit weight")
 12000.0
@@ -19,21 +19,21 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import DimensionError, UnitError, decimal_point, shown
 
-#: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
+#: Accepted quantities: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
 QuantityLike: TypeAlias = pint.Quantity[Any] | str
-#: A vector: one quantity of three numbers, a text, or a quantity per component.
+#: Accepted vectors: one quantity of three numbers, a text, or a quantity per component.
 VectorLike: TypeAlias = pint.Quantity[Any] | str | Sequence[Any] | NDArray[np.float64]
 
-#: Reads its definitions when it is first used: half the time of an import.
+#: Reads its definitions at the first use, because they take half the time of an import.
 ureg: Any = cast(Any, pint).LazyRegistry()
 
 
 def Q_(value: Any, units: Any = None) -> Any:  # noqa: N802 - the name that pint's users know
-    """Pint quantity of the one registry: ``Q_(12, "kN/m^3")``."""
+    """Return a quantity of the one pint registry: ``Q_(12, "kN/m^3")``."""
     return ureg.Quantity(value, units)
 
 
-#: Coherent SI unit, spelled in full as stored on disk, of each physical dimension of the interface.
+#: Coherent SI unit of each physical dimension, spelled in full as stored on disk.
 SI_UNITS = {
     "length": "meter",
     "area": "meter ** 2",
@@ -65,43 +65,43 @@ _EXAMPLES = {
     "acceleration": "0.15 g_0",
     "time": "0.3 s",
 }
-#: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
+#: Names of units with small powers, multiplied and divided. A parser cannot read them as an expression.
 _FACTOR = r"(g_0|[^\W\d]+)((\s*(\*\*|\^)\s*)?-?\d(\.\d{1,6})?)?"
 _UNIT = re.compile(rf"(1\s*/\s*)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
-#: Units as engineers type them, and as pint reads them: ``m3``, ``N·m``, ``KN``, ``kNm``.
+#: Units as engineers write them, and their names in pint: ``m3``, ``N·m``, ``KN``, ``kNm``.
 _AS_TYPED = (
     (re.compile(r"(?<=[^\W\d_])(?=-?\d)"), "**"),
     (re.compile("·"), "*"),
     (re.compile(r"\bK(?=(N|Pa|g|m)+\b)"), "k"),
     (re.compile(r"\b((da|k|M)?N)m\b"), r"\1*m"),
 )
-#: What pint means by a ton, and hardly anybody outside the United States does.
+#: Names of the ton, which in pint is the American short ton.
 _TON = re.compile(r"(?<![A-Za-z_])(kilo|mega)?(force_)?ton(?![A-Za-z_])")
-#: Number in SI units beyond which nothing is a building, and its powers overflow.
+#: Largest number in SI units; no building needs more, and powers of larger numbers overflow.
 LARGEST_NUMBER = 1e30
-#: Characters of a quantity, three components with all their digits and a long unit included.
+#: Largest number of characters of a quantity: three components with all digits and a long unit.
 LONGEST_TEXT = 250
 
 
 def si(value: Any, dimension: str, what: str) -> float:
-    """Coherent-SI float of a quantity.
+    """Return the coherent-SI float of a quantity.
 
     Parameters
     ----------
     value
-        A pint quantity of any registry, or a text such as ``"0.4 m"``. A bare number is accepted for
-        ``dimension="dimensionless"`` only.
+        A pint quantity of any registry, or a text such as ``"0.4 m"``. A bare number is accepted only for
+        ``dimension="dimensionless"``.
     dimension
         A key of :data:`SI_UNITS`.
     what
-        What the value is, for the message of an error.
+        Name of the value, for an error message.
 
     Raises
     ------
     UnitError
-        If a bare number is given where a unit is needed, or the value is not a single number.
+        If a bare number lacks its unit, or the value is not a single number.
     DimensionError
-        If the quantity has another dimension, or a value is not finite.
+        If the quantity has another dimension, or the value is not finite.
     """
     array = si_array(value, dimension, what)
     if array.ndim:
@@ -111,7 +111,7 @@ def si(value: Any, dimension: str, what: str) -> float:
 
 
 def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
-    """Coherent-SI floats of a quantity of any shape, as :func:`si`."""
+    """Return coherent-SI floats of a quantity of any shape, as :func:`si`."""
     typed = value
     if isinstance(value, str):
         value = parse(value, what)
@@ -146,9 +146,10 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
 
 
 def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, float]:
-    """Three coherent-SI components of a vector quantity such as ``Q_([0, 0, -1], "kN")``.
+    """Return three coherent-SI components of a vector quantity.
 
-    A list of texts, one quantity per component, is accepted too, as model documents write it.
+    The quantity is for example ``Q_([0, 0, -1], "kN")``. A list of texts, one quantity per component, is accepted, too:
+    model documents use it.
     """
     if isinstance(value, list | tuple) and any(hasattr(v, "magnitude") or isinstance(v, str) for v in value):
         components = [si(v, dimension, what) for v in value]
@@ -162,12 +163,13 @@ def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, floa
 
 
 def parse(text: str, what: str) -> Any:
-    """Quantity of a text such as ``"0.4 m"``, ``"-10 kN"`` or ``"[0, 0, -200] kN"``.
+    """Return the quantity of a text such as ``"0.4 m"`` or ``"-10 kN"``.
 
-    The number and the unit are read apart, so that a text is never evaluated as an expression.
+    A text may hold a vector: ``"[0, 0, -200] kN"``. Number and unit are read separately, so a text is never evaluated
+    as an expression.
     """
     if len(text) > LONGEST_TEXT:
-        # pint searches a long word for prefixes and suffixes in time that grows with its square.
+        # pint searches a long word for prefixes and suffixes; the time grows with the square of its length.
         msg = f"{what}: a text of {len(text)} characters ({shown(text)}) is not a quantity; write one as '12 kN/m^3'"
         raise UnitError(msg)
     listed = text.strip().startswith("[")
@@ -176,7 +178,7 @@ def parse(text: str, what: str) -> Any:
         if listed and not end:
             msg = "the list has no end"
             raise ValueError(msg)
-        # A comma parts the numbers of a list; within one number it could mean anything.
+        # A comma separates the numbers of a list. Within one number it is ambiguous.
         values = np.array([float(v) for v in number.split(",")]) if listed else float(number)
         typed = unit = unit.strip()
         for pattern, written in _AS_TYPED:
@@ -198,12 +200,12 @@ def parse(text: str, what: str) -> Any:
 
 
 def own_registry() -> None:
-    """Give quantities that are unpickled in this process to the one registry."""
+    """Use the one registry for quantities unpickled in this process."""
     cast(Any, pint).set_application_registry(ureg)
 
 
 def in_si(quantity: Any) -> tuple[float, str]:
-    """Magnitude of a quantity of any dimension in its coherent SI unit, and the long name of that.
+    """Return the magnitude in coherent SI units, and the long unit name.
 
     >>> in_si(Q_(4, "MPa")), in_si(Q_(2, "m/s**2"))
     ((4000000.0, 'pascal'), (2.0, 'meter / second ** 2'))
@@ -217,17 +219,17 @@ def in_si(quantity: Any) -> tuple[float, str]:
 
 
 def short_unit(unit: str) -> str:
-    """Symbol of a unit by its long name: ``"MPa"``."""
+    """Return the symbol of a unit from its long name: ``"MPa"``."""
     return f"{ureg.Unit(unit):~C}"
 
 
 def to_quantity(value: Any, dimension: str) -> Any:
-    """Pint quantity of coherent-SI floats."""
+    """Return the pint quantity of coherent-SI floats."""
     return Q_(value, SI_UNITS[dimension])
 
 
 def quantity_text(values: Any, dimension: str, digits: int = 6) -> str:
-    """Return coherent-SI floats as a text with a unit that is easy to read.
+    """Return coherent-SI floats as a text with a readable unit.
 
     >>> quantity_text(12000.0, "force/volume"), quantity_text((0.0, 0.0, -2500.0), "force")
     ('12 kN/m³', '(0, 0, -2.5) kN')
@@ -245,7 +247,7 @@ def quantity_text(values: Any, dimension: str, digits: int = 6) -> str:
 
 
 def si_text(value: float, dimension: str) -> str:
-    """Text that reads back to a coherent-SI float, to the last digit.
+    """Return a text that converts back to the same coherent-SI float.
 
     >>> si_text(50000.0, "stress")
     '50000.0 Pa'
@@ -254,12 +256,12 @@ def si_text(value: float, dimension: str) -> str:
 
 
 def symbol(dimension: str) -> str:
-    """Symbol of the coherent SI unit of a dimension: ``"Pa"``."""
+    """Return the symbol of the coherent SI unit of a dimension: ``"Pa"``."""
     return short_unit(SI_UNITS[dimension])
 
 
 def readable(values: Any, unit: str) -> tuple[float, str]:
-    """Factor and unit in which SI values are easy to read.
+    """Return the factor and unit in which SI values are easy to read.
 
     >>> readable([12e3, 250.0], "N")
     (0.001, 'kN')
@@ -294,16 +296,16 @@ def _factor(unit: str, dimension: str, what: str, typed: Any) -> float:
     return found
 
 
-# A thousand model objects share a handful of units: each is converted once.
+# A thousand model objects share a few units, so each unit is converted once.
 @functools.cache
 def _conversion(unit: str, dimension: str) -> float | None:
-    """Factor to the coherent SI unit, or None where a unit is of another dimension.
+    """Return the factor to the coherent SI unit; None for other dimensions.
 
-    To pint an angle is a plain number. Here it is not: 35 degrees are not a friction coefficient of 0.61.
+    In pint an angle is a plain number. Here it is not: 35 degrees are not a friction coefficient of 0.61.
     """
     try:
         if Q_(0.0, unit).to_root_units().magnitude != 0.0:
-            # Logarithmic or offset: decibel are not a plain number.
+            # Logarithmic or offset unit: decibels are not a plain number.
             return None
         factor: Any
         factor, root = ureg.get_root_units(unit)

@@ -1,4 +1,4 @@
-"""Names of statuses, dimensions and stored variables: one spelling for code, files and users."""
+"""Names of statuses, dimensions and variables for code, files and users."""
 
 from collections.abc import Sequence
 from enum import StrEnum
@@ -12,7 +12,7 @@ FORMAT_VERSION = "2.0"
 
 
 def in_words(name: str) -> str:
-    """A name of this vocabulary as a sentence says it.
+    """Return a name of this vocabulary as words.
 
     >>> in_words("unstable_under_dead_load")
     'unstable under dead load'
@@ -21,9 +21,9 @@ def in_words(name: str) -> str:
 
 
 def printable(text: str) -> str:
-    r"""Return a text whose characters a terminal would obey, or print out of order, are escaped.
+    r"""Return a text with the unsafe characters for a terminal escaped.
 
-    These are controls, marks of direction and halves of surrogate pairs; lines and tabulators stay.
+    These are control characters, direction marks and halves of surrogate pairs. Line breaks and tabs are unchanged.
 
     >>> printable("fine \x1b[2K"), printable("wall\u202e")
     ('fine \\x1b[2K', 'wall\\u202e')
@@ -34,7 +34,7 @@ def printable(text: str) -> str:
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:
-    """A number of things; their plural, if it is not that with an s.
+    """Return a number with its noun; the default plural adds an s.
 
     >>> counted(1, "block"), counted(2, "block"), counted(0, "body", "bodies")
     ('1 block', '2 blocks', '0 bodies')
@@ -43,7 +43,9 @@ def counted(number: int, noun: str, plural: str = "") -> str:
 
 
 def coordinate(value: float, digits: int = 3) -> str:
-    """A coordinate to so many digits, and however far from the origin to as many decimals as one of a few metres has.
+    """Return a coordinate as text.
+
+    Below 10, ``digits`` counts significant digits. From 10 on, there are at most ``digits - 1`` decimals.
 
     >>> coordinate(0.19732), coordinate(312.7482), coordinate(312.7482, 4), coordinate(15.0)
     ('0.197', '312.75', '312.748', '15')
@@ -52,7 +54,7 @@ def coordinate(value: float, digits: int = 3) -> str:
 
 
 def listed(names: Sequence[str], most: int = 10) -> str:
-    """The first names, and how many more there are."""
+    """Return the first names, and the number of the others."""
     rest = len(names) - most
     return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
 
@@ -76,12 +78,12 @@ class Status(StrEnum):
 
     @property
     def words(self) -> str:
-        """As a sentence says it: a name with underscores is for files and programs."""
+        """The status in words; underscores are for files and programs."""
         return in_words(self.value)
 
     @property
     def predicate(self) -> str:
-        """What a sentence says of a case: all but one are adjectives.
+        """The status as a predicate; all but one are adjectives.
 
         >>> Status.UNBOUNDED.predicate, Status.SELF_STRESS.predicate
         ('is unbounded', 'depends on self stress')
@@ -90,7 +92,7 @@ class Status(StrEnum):
 
 
 class Procedure(StrEnum):
-    """How a load factor is found."""
+    """Method that finds a load factor."""
 
     LOADING_PATH = "loading path"
     FICTITIOUS = "fictitious"
@@ -99,7 +101,7 @@ class Procedure(StrEnum):
 
 
 class Reason(StrEnum):
-    """Why a case ended with its status."""
+    """Reason for the status of a case."""
 
     #: A collapse state is certified.
     CERTIFIED = "certified"
@@ -113,19 +115,19 @@ class Reason(StrEnum):
     NEVER_COLLAPSES = "never_collapses"
     #: Forces carry any multiple of the load. Without dilatancy this does not exclude collapse.
     CARRIES_ANY_LOAD = "carries_any_load"
-    #: The load factors of successive programs grow without limit.
+    #: Load factors of successive programs grow without limit.
     GROWS_WITHOUT_LIMIT = "grows_without_limit"
-    #: The loading path ends without a load factor that stays.
+    #: The loading path ends without a stable load factor.
     NEVER_SETTLES = "never_settles"
-    #: The solver did not solve a program that all others need.
+    #: The solver failed on a program that all others need.
     PROGRAM_NOT_SOLVED = "program_not_solved"
     #: No state met the tolerances of the certificate.
     NO_CERTIFICATE = "no_certificate"
-    #: The state that was found has a negative load factor.
+    #: The certified state has a negative load factor.
     NEGATIVE_LOAD_FACTOR = "negative_load_factor"
     #: The user stopped the run.
     INTERRUPTED = "interrupted"
-    #: The process of the run ended before the case did.
+    #: The process ended before the case did.
     KILLED = "killed"
     #: No program of the case was solved.
     NOT_BEGUN = "not_begun"
@@ -136,7 +138,7 @@ class PathEnd(StrEnum):
 
     #: A collapse state is certified at its end.
     CLOSED = "closed"
-    #: No state under dead load was found to begin with.
+    #: No state under dead load was found at the start.
     NO_DEAD_LOAD_STATE = "no_dead_load_state"
     #: A step was not solved.
     STEP_NOT_SOLVED = "step_not_solved"
@@ -147,7 +149,7 @@ class PathEnd(StrEnum):
 
 
 class Stage(StrEnum):
-    """Which program, or step, of the procedure an iteration solved."""
+    """Program, or step, of the procedure that an iteration solved."""
 
     DEAD_LOAD = "dead_load"
     #: A collapse state of the dead load without dilatancy.
@@ -166,7 +168,10 @@ class Stage(StrEnum):
 
 
 class SolverStatus(StrEnum):
-    """What a conic solver says of one program: a claim to be checked, never a result."""
+    """Status from a conic solver for one program.
+
+    It is a claim to be checked, never a result.
+    """
 
     SOLVED = "solved"
     ALMOST_SOLVED = "almost_solved"
@@ -176,7 +181,10 @@ class SolverStatus(StrEnum):
 
 
 class ContactState(StrEnum):
-    """State of an interface in one iteration. Hinge, sliding, twisting and crushing combine: ``"hinge + sliding"``."""
+    """State of an interface in one iteration.
+
+    Hinge, sliding, twisting and crushing combine: ``"hinge + sliding"``.
+    """
 
     OPEN = "open"
     STICKING = "sticking"
@@ -192,9 +200,9 @@ class TieState(StrEnum):
 
     #: Without force.
     SLACK = "slack"
-    #: Between none and its largest force.
+    #: Force between zero and the largest one.
     STRESSED = "stressed"
-    #: At its largest force: by the bar or strip itself, by the masonry under its plate, by its bond.
+    #: At its largest force: limited by the bar or strip, by the masonry under its plate, or by its bond.
     YIELDING = "yielding"
     PUNCHING = "punching"
     SLIPPING = "slipping"
@@ -204,27 +212,30 @@ class TieState(StrEnum):
 
 
 class Torsion(StrEnum):
-    """How an interface resists torsion about its normal."""
+    """Limit of torsion of an interface about its normal."""
 
-    #: By friction at its contact points, as all other shear.
+    #: Limited by friction at contact points, as all other shear.
     CORNERS = "corners"
-    #: By no more than friction under uniform pressure does.
+    #: Limited by friction under uniform pressure.
     UNIFORM_PRESSURE = "uniform pressure"
 
 
 class JointOrientation(StrEnum):
-    """How a joint lies, by the angle of its normal to the vertical."""
+    """Orientation of a joint, by the angle of its normal to the vertical."""
 
     #: Up to 30 degrees: under the courses of a wall.
     BED = "bed"
     #: Between the two: most joints of an arch.
     INCLINED = "inclined"
-    #: 60 degrees and more: between the units of a course.
+    #: 60 degrees and more: between units within a course.
     HEAD = "head"
 
     @classmethod
     def of(cls, vertical: float) -> "JointOrientation":
-        """Orientation of a joint by the vertical component of its unit normal."""
+        """Return the orientation from the vertical component of the normal.
+
+        The normal has unit length.
+        """
         if abs(vertical) > 0.5 * 3**0.5 - 1e-9:
             return cls.BED
         return cls.HEAD if abs(vertical) < 0.5 + 1e-9 else cls.INCLINED
