@@ -31,7 +31,7 @@ __all__ = [
     "read_study",
     "study",
     "StudyDocument",
-    # consequences
+    # evaluation
     "cases_with_load_factors",
     "first_order",
     "frame_of",

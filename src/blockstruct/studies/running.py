@@ -75,7 +75,7 @@ def study(
     settings, spread
         Settings of the procedure and schedules of each case, as for :class:`blockstruct.AnalysisManager`.
     rerun
-        Whether to replace finished runs with another model, cases, settings or values, instead of refusing them.
+        Whether to replace stored runs whose model, cases, settings or values differ, instead of refusing them.
     listeners
         Called with :class:`~blockstruct.studies.StudyProgress` when a run ends; by default a line on a terminal.
 
@@ -144,7 +144,7 @@ def study(
 def _conduct(
     archive: Archive, ended: Ended, rows: dict[str, Rows], total: int, listeners: Sequence[Listener]
 ) -> dict[str, Problem]:
-    """Collect the rows of runs as they end; return why runs failed."""
+    """Collect the rows of runs as they end; return why some have no results."""
     start, found, problems = perf_counter(), len(rows), dict[str, Problem]()
 
     def tell() -> None:
