@@ -1,11 +1,12 @@
-"""What a collapse state is: the limit problem, its conic program and the certificate.
+"""Define collapse states: limit problem, conic program and certificate.
 
-The symbols are those of F. Portioli, C. Casapulla, L. Cascini, "An efficient solution procedure for crushing
+The symbols follow F. Portioli, C. Casapulla, L. Cascini, "An efficient solution procedure for crushing
 failure in 3D limit analysis of masonry block structures with non-associative frictional joints", Int. J. Solids
 Struct. 69–70 (2015) 252–266: contact forces ``x = (n_k, s_k, t_k)``, load factor ``α``, equilibrium
 ``A x + w_D + α w_L = 0``, block velocities ``u`` with ``w_L·u = 1``, relative velocities ``v = Aᵀu``.
-Everything in this room is non-dimensional: lengths by a characteristic block size, forces by local units, the dead
-wrench of each block and, at a contact, of the lighter of its two blocks.
+
+All quantities in this package are non-dimensional. The unit of length is a characteristic block size. The unit of the
+wrench of a block is its dead wrench. The unit of a contact force is the dead wrench of the lighter of its two blocks.
 """
 
 from blockstruct.limit.capacity_curve import FiniteStep, zero_displacement
@@ -30,7 +31,7 @@ from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import ContactPoints, Placement
 
 __all__ = [
-    # the question
+    # the limit problem and its settings
     "LimitProblem",
     "Settlement",
     "reaction_unit",
@@ -42,7 +43,7 @@ __all__ = [
     "SCHEDULES",
     "scheduled",
     "schedules_of",
-    # beyond collapse
+    # finite displacements
     "ControlPoint",
     "FiniteStep",
     "MovedProblem",
@@ -61,10 +62,10 @@ __all__ = [
     "fictitious_sliding",
     "relax",
     "true_sliding",
-    # velocities and what moves
+    # velocities and motions of blocks
     "block_motion",
     "velocities_of",
-    # the answer
+    # results
     "CERTIFICATE_MEASURES",
     "Certificate",
     "Iteration",

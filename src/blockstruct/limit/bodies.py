@@ -1,4 +1,4 @@
-"""Blocks that move as one: a moved problem of fewer, larger bodies."""
+"""Merge blocks that move together into fewer, larger bodies."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -14,20 +14,20 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-#: Relative velocity of two blocks, at their contact points and by turning over a block's size, in multiples of the
-#: fastest block or point, up to which they move as one.
+#: Relative velocity up to which two blocks move as one body, relative to the fastest block or point. The relative
+#: velocity is measured at contact points, and as relative rotation times the characteristic length.
 TOGETHER = 1e-3
-#: Gap, in characteristic lengths, up to which a contact point holds two blocks together; and the points that does take.
+#: Gap, in characteristic lengths, up to which a contact point counts as closed; least number of closed points of a body.
 CLOSED, HOLDING = 1e-3, 3
-#: Entries of the equilibrium of bodies that are rounding.
+#: Magnitude below which entries of the equilibrium matrix of bodies are rounding.
 NO_ENTRY = 1e-10
 
 
 def bodies_of(moved: MovedProblem, u: Array) -> Index:
-    """Number of the body that each block belongs to, (B,), in a motion u; that of the supports is zero.
+    """Return the body number of each block, (B,), in a motion u (6 F,).
 
-    Blocks belong together where they lie on each other and do not move relative to each other, neither at a contact
-    point nor in turning: next to a hinge contact points are as slow.
+    The supports form body zero. Two blocks form one body if they are in contact and have no relative motion. Both
+    contact points and relative rotation are checked, because contact points next to a hinge are slow, too.
     """
     # Loaded here: csgraph is slow to import.
     from scipy.sparse import csgraph
@@ -48,23 +48,23 @@ def bodies_of(moved: MovedProblem, u: Array) -> Index:
     one, other = np.append(one, supports[:-1]), np.append(other, supports[1:])
     graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(blocks, blocks))
     number = csgraph.connected_components(graph, directed=False)[1]
-    # Bodies are numbered anew, with that of the supports in front.
+    # Renumber the bodies so that the supports come first.
     first = number[supports[0]]
     return np.asarray(np.where(number == first, 0, np.where(number < first, number + 1, number)))
 
 
 @dataclass(frozen=True, slots=True)
 class Bodies:
-    """A moved problem in which blocks that move as one are one body.
+    """A moved problem in which blocks that move together form one body.
 
     Attributes
     ----------
     problem : LimitProblem
-        Of the bodies, and of the contact points between them.
+        Limit problem of the bodies and of the contact points between bodies.
     between : (K,) array
-        Which contact points those are.
+        Whether each contact point lies between two bodies.
     motion : (6 F, 6 G) sparse array
-        Velocities of the blocks of those of the bodies.
+        Matrix from velocities of the bodies to velocities of the blocks.
     """
 
     problem: LimitProblem
@@ -73,7 +73,10 @@ class Bodies:
 
     @classmethod
     def of(cls, moved: MovedProblem, body: Index) -> Self:
-        """Of the bodies that blocks (B,) belong to, some of which are free."""
+        """Return the bodies for the body number of each block (B,).
+
+        At least one body must be free.
+        """
         problem, points = moved.problem, moved.contacts.points
         motion, unit = _motion(moved, body[moved.free])
         between = body[points.minus] != body[points.plus]
@@ -93,15 +96,19 @@ class Bodies:
         return cls(own, between, motion)
 
     def of_blocks(self, u: Array) -> Array:
-        """Velocities (6 G,) of the bodies that are nearest to velocities u (6 F,) of the blocks."""
+        """Return the velocities (6 G,) of the bodies that fit u best.
+
+        The fit to the velocities u (6 F,) of the blocks is by least squares.
+        """
         M = self.motion
         return np.asarray(sp.linalg.spsolve(sp.csc_array(M.T @ M), M.T @ u))
 
 
 def _motion(moved: MovedProblem, body: Index) -> tuple[sp.csr_array, Array]:
-    """Velocities of the free blocks (6 F, 6 G) of those of bodies, and the units of the wrenches of bodies, N.
+    """Return the matrix from body to block velocities, and the wrench units.
 
-    The motion of a body is that of its centre of weight in global axes, those of blocks are in the axes of each.
+    The matrix is (6 F, 6 G). The wrench units (G,) of the bodies are in N. The velocity of a body refers to its centre
+    of weight in global axes. The velocity of a block is in the axes of the block.
     """
     problem, placement = moved.problem, moved.placement
     numbers, of_block = np.unique(body, return_inverse=True)

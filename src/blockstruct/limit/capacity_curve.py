@@ -1,4 +1,4 @@
-"""A state of a capacity curve, and where the curve comes to zero."""
+"""Describe the states of a capacity curve and find its zero."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,52 +12,56 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class FiniteStep:
-    """One state of a pushover, in SI units: forces in equilibrium at a placement, and how it goes on from there.
+    """One state of a pushover and its motion towards the next, in SI units.
+
+    The forces are in equilibrium at the placement of the blocks.
 
     Attributes
     ----------
     load_factor : float
     displacement : float
-        Of the control point along its direction, m.
+        Displacement of the control point along its direction, m.
     position, rotation : (B, 3) arrays
-        Centroids, m, and rotation vectors from where the model has the blocks, rad.
+        Centroids, m, and rotation vectors from the orientation in the model, rad.
     velocity, angular_velocity : (B, 3) arrays
-        Of the mechanism there, at 1 W of variable load.
+        Velocities of the mechanism at 1 W of variable load, m/s and rad/s.
     motion_time : float
-        Time for which they act until the next state, s, if that step is not halved.
+        Time for which these velocities act until the next state, s, if that step is not halved.
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
     falling : float
-        Work of the dead load that ties do not take up, likewise.
+        Work of the dead load that ties do not absorb, per unit of work of the variable load.
     dropped : bool
-        Whether the motion is that of blocks that drop until they meet others, while all else stands all but still.
+        Whether some blocks drop until they meet others while all other blocks are almost at rest.
     drops_next : bool
-        Whether they begin to on the way to the next state.
+        Whether blocks begin to drop on the way to the next state.
     tie_force, tie_elongation : (N,) arrays
-        Of each tie of the model: N, zero once it has broken; and m, beyond its length in the model.
+        Force of each tie of the model, N, zero after the tie breaks. Elongation from its length in the model, m.
     minus_of_contact, plus_of_contact : (P,) arrays
-        The two blocks at each contact point with a force.
+        Indices of the two blocks at each contact point with a force.
     point_of_contact, normal_of_contact, force_of_contact : (P, 3) arrays
-        Where it is, m, the direction from its minus to its plus block, and the force on the plus block, N.
+        Position, m; direction from the minus to the plus block; force on the plus block, N.
     body : (B,) array
-        The body that each block moves on as part of; that of the supports is zero.
+        Number of the body that each block moves with towards the next state; zero for the supports.
     penetration : float
         Deepest penetration, m.
     energy_error : float
-        Of the motion from the state before: work of the loads less what friction and ties dissipate, relative
-        to the sum of the magnitudes of all such work so far.
+        Work of the loads less the dissipation of friction and ties, in the motion from the previous state. It is
+        relative to the sum of the magnitudes of all such work so far.
     equilibrium_residual, yield_excess, interpenetration, flow_rule_gap : float
-        As in :class:`Certificate`, on the moved geometry; openings are those at the end of the step.
+        As in :class:`Certificate`, on the moved geometry, with the openings at the end of the step.
     holds : bool
-        Whether they are within the tolerances of a step.
+        Whether these four measures are within the tolerances of a step.
     contact_points, programs, solver_iterations : int
-        Of the state; and of all attempts at the step, also of those that led nowhere.
+        Number of contact points of the state. Programs and iterations of all attempts at the step, including failed
+        ones.
     solver_time : float
-        Seconds of the whole step.
+        Solver time of the whole step, s.
     divided : bool
-        Whether the step to the state was divided: the next one is not.
+        Whether the step to this state was divided. The next step is then not divided.
     body_failures, body_waits : int
-        Steps of bodies that failed one after the other, and programs of all blocks before bodies are tried again.
+        Number of consecutive failed steps with bodies. Number of programs with all blocks before bodies are tried
+        again.
     """
 
     load_factor: float
@@ -95,14 +99,15 @@ class FiniteStep:
     body_waits: int
 
 
-#: Load factor, relative to the first one of a curve, that is zero.
+#: Load factor, relative to the first of a curve, up to which it counts as zero.
 ZERO = 1e-4
 
 
 def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
-    """Displacement at which the load factor of a curve of (displacement, load factor) is zero; NaN if it ends before.
+    """Return the displacement at which the load factor of a curve is zero.
 
-    Interpolated over the last two states.
+    The curve is a sequence of (displacement, load factor). The result is extrapolated or interpolated from the last
+    two states. It is NaN if the curve ends before zero.
     """
     if not curve or curve[-1][1] > ZERO * abs(curve[0][1]):
         return np.nan

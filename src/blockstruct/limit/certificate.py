@@ -1,4 +1,4 @@
-"""The certificate: why to believe a load factor."""
+"""Certify a collapse state against the true conditions."""
 
 from dataclasses import dataclass, field, fields
 
@@ -13,49 +13,53 @@ from blockstruct.notebook import html_table
 
 Array = NDArray[np.float64]
 
-#: The four measures: what each is called, and what it is a multiple of.
+#: Name and unit of each of the four measures.
 _JUDGED = {
     "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
     "yield_excess": ("yield excess", "dead wrenches of the lighter block, or the normal force there"),
     "interpenetration": ("interpenetration", "largest relative velocities"),
     "flow_rule_gap": ("flow-rule gap", "units of the load factor; of the dead load, if a reaction"),
 }
-#: Residual of equilibrium, and yield excess, with which the certificate of a state of a pushover holds.
+#: Tolerance of the equilibrium residual and the yield excess of pushover states, in the units of the certificate.
 FORCES = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Proof of a collapse state (x, u, α), measured against the true conditions and not those of any program.
+    """Proof of a collapse state (x, u, α) against the true conditions.
 
-    A state whose four measures are zero is an exact solution: forces in equilibrium that no joint refuses, a
-    mechanism that no block blocks, and as much work dissipated as the loads do.
+    The conditions of any single program do not matter. If all four measures are zero, the state is an exact solution:
+
+    - The forces are in equilibrium and within the strength of every joint.
+    - The mechanism is kinematically admissible.
+    - The joints dissipate the work of the loads.
+
     ``print(certificate)`` shows each measure with its tolerance.
 
     Attributes
     ----------
     equilibrium_residual : float
-        ``‖A x + Σ a_j T_j + w_D + α w_L‖∞``, for each block in multiples of its own dead wrench.
+        ``‖A x + Σ a_j T_j + w_D + α w_L‖∞``, for each block in multiples of its dead wrench.
     yield_excess : float
-        Largest of ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing, in multiples of the dead
-        wrench of the lighter of the two blocks or, where that is larger, of the normal force there: of the contact
-        point, or of the rectangle that crushes; and of what tie forces miss of ``T0 ≤ T ≤ T_y`` and of their bond,
-        likewise. Negative inside.
+        Largest violation of a strength condition; negative inside. At joints it is the largest of
+        ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing. The unit is the dead wrench of the
+        lighter of the two blocks, or the normal force of the contact point or crushing rectangle, whichever is larger.
+        At ties it is the violation of ``T0 ≤ T ≤ T_y`` and of the bond, relative to the tie force if larger.
     interpenetration : float
-        Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, and of ``‖v_t‖`` at those that never
-        slide, relative to the largest relative velocity.
+        Largest ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, and largest ``‖v_t‖`` at points that never
+        slide. Both are relative to the largest relative velocity.
     flow_rule_gap : float
-        ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
-        work they dissipate at most less the work they do; of ties, ``T_y ė`` of those that yield less their work
-        ``T ė``; and the work ``Σ |u_i r_i|`` of the equilibrium residual r.
-        It is the work by which the state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
+        Work by which the state misses the flow rule, in units of the load factor because ``w_L·u = 1``. It is the sum
+        of four parts. Contact points: ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``.
+        Crushing joints: largest possible dissipation less the actual work. Ties: ``T_y ė`` of yielding ties less their
+        work ``T ė``. Equilibrium residual r: ``Σ |u_i r_i|``.
     flow_rule_gap_limit : float
-        The gap tolerance of the settings times the load factor, or times a thousandth of the work scale of the
-        mechanism where that is larger.
+        Gap tolerance of the settings times the load factor, or times a thousandth of the work scale of the mechanism,
+        whichever is larger.
     holds : bool
-        Whether all four are within the tolerances of the settings.
+        Whether all four measures are within the tolerances of the settings.
     settings : ProcedureSettings
-        The settings, whose tolerances these are.
+        Settings with the tolerances.
     """
 
     equilibrium_residual: float
@@ -68,7 +72,7 @@ class Certificate:
 
     @property
     def measures(self) -> dict[str, float | bool]:
-        """What a file keeps of it: its numbers, and whether it holds."""
+        """Numbers that a file stores, and whether the certificate holds."""
         return {name: getattr(self, name) for name in CERTIFICATE_MEASURES}
 
     @property
@@ -80,18 +84,24 @@ class Certificate:
 
     @property
     def is_within_tolerances(self) -> bool:
-        """Whether the four measures are within their tolerances: otherwise a certificate cannot hold."""
+        """Whether the four measures are within their tolerances.
+
+        A certificate that holds is always within its tolerances.
+        """
         # A NaN fails every comparison.
         return all(getattr(self, name) <= limit for name, limit in self.tolerances.items())
 
     @property
     def admissible(self) -> bool:
-        """Whether forces are in equilibrium inside the true conditions, whatever the mechanism."""
+        """Whether the forces satisfy equilibrium and the true conditions.
+
+        The mechanism does not matter.
+        """
         return bool(are_admissible(self.equilibrium_residual, self.yield_excess, self.settings))
 
     @property
     def verdict(self) -> str:
-        """Whether it holds, in words."""
+        """Whether the certificate holds, in words."""
         return f"certificate {'holds' if self.holds else 'does not hold'}"
 
     def __str__(self) -> str:
@@ -103,7 +113,7 @@ class Certificate:
 
     @property
     def texts(self) -> dict[str, tuple[str, str]]:
-        """Each of the four measures and its tolerance, to two digits."""
+        """Each of the four measures and its tolerance, as text to two digits."""
         return {measure: (_said(getattr(self, measure)), _said(limit)) for measure, limit in self.tolerances.items()}
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
@@ -111,14 +121,17 @@ class Certificate:
 
 
 def are_admissible(residual: Array | float, excess: Array | float, settings: ProcedureSettings) -> NDArray[np.bool_]:
-    """Whether forces are in equilibrium inside the true conditions, by their residuals and their yield excesses."""
-    # A NaN fails every comparison, so a state that is not a number never is.
+    """Return whether forces satisfy equilibrium and the true conditions.
+
+    The arguments are the equilibrium residuals and the yield excesses of states.
+    """
+    # A NaN fails every comparison, so a state with a NaN is never admissible.
     numerics = settings.numerics
     return np.asarray((residual <= numerics.equilibrium_tolerance) & (excess <= numerics.yield_tolerance))
 
 
 def _said(value: float) -> str:
-    """A small number to two digits.
+    """Return a small number as text to two digits.
 
     >>> _said(0.0), _said(1e-6), _said(2.5e-4)
     ('0', '1e-06', '2.5e-04')
@@ -126,7 +139,7 @@ def _said(value: float) -> str:
     return f"{value:.1e}".replace(".0e", "e") if value else "0"
 
 
-#: What a file keeps of a certificate.
+#: Names of the fields of a certificate that a file stores.
 CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate) if f.name != "settings")
 
 
@@ -142,12 +155,12 @@ def certify(
     slack: Array | float = 0.0,
     speed: float = 0.0,
 ) -> Certificate:
-    """Certificate of a state.
+    """Return the certificate of a state.
 
     Parameters
     ----------
     problem
-        The limit problem, whose dilatancy is that of the flow rule.
+        The limit problem, with the dilatancy of the flow rule.
     x : (K, 3) array
         Contact forces (n, s, t).
     u : (6 F,) array
@@ -159,11 +172,11 @@ def certify(
     T : (M,) array
         Tie forces; needed if the problem has ties.
     gap : (K,) array
-        Distance that is open before the velocities act for a unit of time, in the unit of relative velocities.
+        Open distance before the velocities act for a unit of time, in the unit of relative velocities.
     slack : (M,) array
-        Elongation of ties, likewise, before they pull.
+        Elongation before ties pull, in the unit of their rates of elongation.
     speed
-        To which interpenetration is relative where the contact points are slower.
+        Least reference velocity of interpenetration, for slower contact points.
     """
     T = np.zeros(0) if T is None else T
     biaxial = settings.crushing_interaction == "biaxial"
@@ -187,18 +200,18 @@ def certify(
         problem.ties.excess(beyond_prestress, T),
         problem.torsion.excess(x, resistance) / np.maximum(problem.torsion.total(n), 1.0),
     )
-    # Unlike max, numpy passes a NaN on.
+    # Unlike the built-in max, numpy propagates a NaN.
     excess = float(np.concatenate(excesses).max())
     opening = apart - problem.dilatancy * sliding
     rigid = ~problem.crushes
-    # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
+    # Velocities have local units of force; penetration is relative to the fastest point.
     largest = max(problem.speed(v, u), speed)
     never = problem.never_slides
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     penetration = np.maximum(penetration, (sliding / problem.force_unit)[never].max(initial=0.0))
     interpenetration = float(penetration / largest) if largest > 0 else 0.0
 
-    # Work each part of a joint could do at most at these velocities, less the work it does.
+    # Largest possible work of each part of a joint at these velocities, less the actual work.
     at_rigid = (n + problem.tension)[rigid] * opening[rigid]
     cell = np.isfinite(problem.compression)
     most = np.where(opening[cell] > 0, problem.tension[cell], -problem.compression[cell]) * opening[cell]
@@ -213,7 +226,7 @@ def certify(
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))
     gap_limit = settings.numerics.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
-    # A NaN fails every comparison, so a state that is not a number never holds.
+    # A NaN fails every comparison, so the certificate of a state with a NaN never holds.
     holds = (
         are_admissible(residual, excess, settings)
         and interpenetration <= settings.numerics.interpenetration_tolerance

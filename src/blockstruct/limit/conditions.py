@@ -1,4 +1,7 @@
-"""The failure conditions as rows ``h − G y ∈ cone`` of a program, for the variables ``y = (κ α, n_1, s_1, t_1, …)``."""
+"""Assemble the failure conditions as rows of a conic program.
+
+The rows are ``h − G y ∈ cone`` for the variables ``y = (κ α, n_1, s_1, t_1, …)``.
+"""
 
 from dataclasses import dataclass
 
@@ -15,7 +18,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class ConstraintRows:
-    """ConstraintRows of a program: sparse G and right-hand side h."""
+    """Constraint rows of a program: sparse G and right-hand side h."""
 
     G: sp.csr_array
     h: Array
@@ -25,31 +28,35 @@ class ConstraintRows:
 
 
 def normal_force(points: Index) -> Index:
-    """Columns of the normal forces of contact points."""
+    """Return the columns of the normal forces of contact points."""
     return np.asarray(1 + 3 * points)
 
 
 def n_auxiliary(problem: LimitProblem, *, biaxial: bool) -> int:
-    """Number of auxiliary variables, which stand after the contact forces."""
+    """Return the number of auxiliary variables of crushing.
+
+    Their columns follow the contact forces.
+    """
     return (4 if biaxial else 1) * len(problem.rectangles)
 
 
 def no_tension(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``n_k ≥ −f_t A_k``."""
+    """Return the rows of ``n_k ≥ −f_t A_k``."""
     n = normal_force(np.arange(problem.n_points))
     return ConstraintRows(_matrix(n_columns, (n, -1.0)), problem.tension)
 
 
 def cells(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``n_k ≤ f_c A_k`` at the cells of interfaces that crush."""
+    """Return the rows of ``n_k ≤ f_c A_k`` at cells that crush."""
     k = np.flatnonzero(np.isfinite(problem.compression))
     return ConstraintRows(_matrix(n_columns, (normal_force(k), 1.0)), problem.compression[k])
 
 
 def ties(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``0 ≤ T'``, ``T' ≤ T_y − T0`` where it is limited, and changes within the bond; T' in the last columns.
+    """Return the rows of the limits of ties, with T' in the last columns.
 
-    Large limits are in units of their own, so that one stands for all sizes of ties.
+    The conditions are ``0 ≤ T'``, ``T' ≤ T_y − T0`` if this limit is finite, and force changes within the bond. Rows
+    with a limit above one are divided by this limit, so that ties of all sizes have similar rows.
     """
     own = problem.ties
     limited = np.isfinite(own.capacity)
@@ -63,9 +70,10 @@ def ties(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 
 def tangents(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``slope N − offset ≤ m`` for the auxiliary m of each rectangle; the step gives slopes and offsets.
+    """Return the rows of ``slope N − offset ≤ m`` of each rectangle.
 
-    With :func:`edges` that is ``n_e ≥ slope N − offset``.
+    m is an auxiliary variable. Each step sets slopes and offsets. Together with :func:`edges` the condition is
+    ``n_e ≥ slope N − offset``.
     """
     corners = np.repeat(normal_force(problem.rectangles), TANGENTS, axis=0)
     m = 1 + 3 * problem.n_points + np.repeat(np.arange(len(problem.rectangles)), TANGENTS)
@@ -73,9 +81,10 @@ def tangents(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 
 def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``; the step gives bound and slope.
+    """Return the cones ``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``.
 
-    Shear forces that nothing limits have zeros here: by duality, nothing slips along them.
+    Each step sets bound and slope. Unlimited shear forces have zeros in these rows. By duality, there is no slip along
+    these forces.
     """
     force = 1 + np.arange(3 * problem.n_points)
     limited = np.full(len(force), -1.0)
@@ -84,10 +93,11 @@ def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 
 def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows:
-    """``‖(V_s, V_t, T / r̄)‖ ≤ Σ (bound_k + slope_k n_k)`` of each interface of uniform torsion; the step gives both.
+    """Return the cones of each interface of uniform torsion.
 
-    As two cones of three dimensions with the auxiliary q, of which ``first`` is the first column: ``‖(V_s, V_t)‖ ≤ q``
-    and ``‖(q, T / r̄)‖ ≤ Σ (bound_k + slope_k n_k)``.
+    The condition is ``‖(V_s, V_t, T / r̄)‖ ≤ Σ (bound_k + slope_k n_k)``. Each step sets bound and slope. An auxiliary
+    variable q splits it into two three-dimensional cones: ``‖(V_s, V_t)‖ ≤ q`` and
+    ``‖(q, T / r̄)‖ ≤ Σ (bound_k + slope_k n_k)``. ``first`` is the first column of q.
     """
     own = problem.torsion
     q, number = first + np.arange(len(own)), np.arange(len(own))
@@ -110,7 +120,10 @@ def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows
 
 
 def edges(problem: LimitProblem, n_columns: int, *, biaxial: bool) -> ConstraintRows:
-    """``n_e ≥ m`` at the four edges of each rectangle; of the biaxial interaction ``m1`` and ``m2`` in turn."""
+    """Return the rows of ``n_e ≥ m`` at the four edges of each rectangle.
+
+    With biaxial interaction, the edges have ``m1`` and ``m2`` alternately instead of m.
+    """
     R = len(problem.rectangles)
     of_edge = R * np.array([0, 1, 0, 1] if biaxial else [0, 0, 0, 0])
     m = 1 + 3 * problem.n_points + np.add.outer(np.arange(R), of_edge).ravel()
@@ -119,9 +132,10 @@ def edges(problem: LimitProblem, n_columns: int, *, biaxial: bool) -> Constraint
 
 
 def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``.
+    """Return the cones ``N² ≤ 2 F m`` of each rectangle.
 
-    With :func:`edges` that is ``n_e ≥ N² / (2 F)`` by one cone.
+    m is an auxiliary variable. The cone is ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``. Together with :func:`edges` it gives
+    ``n_e ≥ N² / (2 F)`` by one cone per rectangle.
     """
     m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))
     scale, one = np.sqrt(2 / problem.capacity), np.ones(len(m))
@@ -135,12 +149,13 @@ def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 
 def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``N³ ≤ 4 F m1 m2`` for the auxiliaries of each rectangle: with :func:`edges`, ``N³ ≤ 4 F n_e n_f``.
+    """Return the cones of ``N³ ≤ 4 F m1 m2`` of each rectangle.
 
-    The condition is a power cone. With ``q² ≤ c N``, ``p² ≤ m1 m2`` and ``N² ≤ p q √(4 F / c)`` it is three
-    second-order cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² / c ≤ 4 F m1 m2 N``. With ``c = √F = F / c`` they
-    lose as few digits of a small N as of a large one: with c = 1 a block whose dead loads cancel was left without a
-    certificate.
+    m1 and m2 are auxiliary variables. Together with :func:`edges` the condition is ``N³ ≤ 4 F n_e n_f``.
+
+    The condition is a power cone. ``q² ≤ c N``, ``p² ≤ m1 m2`` and ``N² ≤ p q √(4 F / c)`` replace it by three
+    second-order cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² / c ≤ 4 F m1 m2 N``. ``c = √F = F / c`` keeps the
+    relative accuracy of small and large N equal. With c = 1 a block whose dead loads cancel had no certificate.
     """
     R = len(problem.rectangles)
     m1, m2, p, q = 1 + 3 * problem.n_points + np.arange(4 * R).reshape(4, R)
@@ -160,14 +175,14 @@ def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 
 def _beyond_tension(problem: LimitProblem, rows: ConstraintRows) -> ConstraintRows:
-    """Conditions of the forces of corners beyond their tensile strength, ``n_k + f_t A_k``, as rows of n_k."""
+    """Turn conditions on ``n_k + f_t A_k`` at corners into rows of n_k."""
     y = np.zeros(rows.G.shape[1])
     y[normal_force(problem.rectangles)] = problem.tension[problem.rectangles]
     return ConstraintRows(rows.G, rows.h - rows.G @ y)
 
 
 def _matrix(n_columns: int, *terms: tuple[Index, float | Array]) -> sp.csr_array:
-    """Matrix whose row i holds, for every term, its value i in its column i."""
+    """Return the matrix whose row i has value i of each term in column i."""
     m = len(terms[0][0])
     rows = np.tile(np.arange(m), len(terms))
     columns = np.concatenate([column for column, _ in terms])
@@ -176,7 +191,7 @@ def _matrix(n_columns: int, *terms: tuple[Index, float | Array]) -> sp.csr_array
 
 
 def _cones(*parts: ConstraintRows) -> ConstraintRows:
-    """ConstraintRows of three-dimensional cones: row i of every part makes cone i."""
+    """Return rows of three-dimensional cones: row i of each part in cone i."""
     m = len(parts[0])
     order = np.arange(3 * m).reshape(3, m).T.ravel()
     joined = _joined(*parts)

@@ -1,4 +1,4 @@
-"""Model to arrays, once: contact points, equilibrium matrix, wrenches.
+"""Turn a model into arrays: contact points, equilibrium matrix, wrenches.
 
 >>> import blockstruct as bs
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)

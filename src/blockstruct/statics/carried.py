@@ -1,4 +1,4 @@
-"""Weights that a load pattern puts on blocks: where each acts, and how much of it has a mass that is pushed."""
+"""Compute the weights that a load pattern puts on blocks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from blockstruct.vocabulary import listed
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Part of a line or a rectangle that may lack a block below and is borne by the others: joints, and rounding.
+#: Share of a line or rectangle that may lie over no block, such as over joints; the other blocks carry this share.
 _LACKING = 0.01
-#: Tolerance of heights, as a part of the characteristic length of a model.
+#: Tolerance of heights, relative to the characteristic length of a model.
 _LEVEL = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
 class CarriedWeights:
-    """Weights on blocks, one after the other.
+    """Weights on blocks, one entry per weight.
 
     Attributes
     ----------
@@ -37,9 +37,9 @@ class CarriedWeights:
         Centre of mass; the weight acts along −z through it.
     weight : (n,) array, N
     pushed : (n,) array, N
-        Share of the weight that a mass-proportional push takes along.
+        Part of the weight whose mass a mass-proportional load pushes.
     lateral : (n, 3) array, N
-        Horizontal force beside the weight, of fill; it acts at ``lateral_point``.
+        Horizontal force of fill in addition to the weight; it acts at ``lateral_point``.
     lateral_point : (n, 3) array, m
     """
 
@@ -57,38 +57,38 @@ class CarriedWeights:
 
 @dataclass(frozen=True)
 class Placing:
-    """Places the loads of a pattern on the blocks of a model; what is asked for often is made once."""
+    """Places the loads of a pattern on blocks, with cached lookups."""
 
     model: Model
     pattern: str
 
     @cached_property
     def index(self) -> dict[str, int]:
-        """Index of each block by its name."""
+        """Index of each block by name."""
         return {b.name: i for i, b in enumerate(self.model.blocks)}
 
     @cached_property
     def upper(self) -> PlanFaces:
-        """All faces that look up."""
+        """All upward faces."""
         return PlanFaces.of([b.shape for b in self.model.blocks], 1.0)
 
     @cached_property
     def lower(self) -> PlanFaces:
-        """All faces that look down."""
+        """All downward faces."""
         return PlanFaces.of([b.shape for b in self.model.blocks], -1.0)
 
     @cached_property
     def tolerance(self) -> float:
-        """Within which heights are the same, m."""
+        """Difference up to which two heights count as equal, m."""
         return _LEVEL * self.model.characteristic_length
 
     def at(self, load: Any) -> int:
-        """Index of the block of a load.
+        """Return the index of the block of a load.
 
         Raises
         ------
         UnknownNameError
-            If the model does not have a block.
+            If the model does not have this block.
         """
         if load.block not in self.index:
             msg = (
@@ -99,12 +99,15 @@ class Placing:
         return self.index[load.block]
 
     def refusal(self, load: Any, problem: str) -> ModelError:
-        """Error that names the pattern and the load."""
+        """Return an error that names the pattern and the load."""
         on = f" on block {load.block!r}" if load.block is not None else ""
         return ModelError(f"load pattern {self.pattern!r}: {type(load).__name__}{on} {problem}")
 
     def check_extent(self, load: Any, points: Array, axes: int, problem: str) -> None:
-        """Refuse points (…, 3) that are beyond a block along x, y and, of three axes, z."""
+        """Refuse points (…, 3) outside the extent of a block.
+
+        With two axes, x and y are checked; with three, also z.
+        """
         block: Block = self.model.blocks[self.at(load)]
         low, high = block.shape.vertices.min(axis=0), block.shape.vertices.max(axis=0)
         slack = 1e-3 * (high - low).max()
@@ -118,17 +121,17 @@ _Placed = tuple[Index, Array, Array, Array, Array]
 
 
 def carried_weights(model: Model, pattern: LoadPattern) -> CarriedWeights:
-    """Weights that a load pattern puts on the blocks of a model.
+    """Return the weights that a load pattern puts on the blocks of a model.
 
-    The weights of a load add up to that of its line or area, and of its fill.
+    The weights of a load add up to the total weight of its line, area or fill.
 
     Raises
     ------
     UnknownNameError
         If a load acts on a block that the model does not have.
     ModelError
-        If a load is not on its block, a line or a rectangle lies over no block, or only partly over blocks if it does
-        not span, or fill lies above no face.
+        If a load is not on its block, if a line or rectangle lies over no block, if it lies only partly over blocks
+        and does not span, or if fill lies above no face.
     """
     placing, parts = Placing(model, pattern.name), []
     for k, load in enumerate(pattern.loads):
@@ -161,7 +164,7 @@ def _along_line(placing: Placing, load: LineLoad) -> _Placed:
     faces = _level_faces(placing, float(ends[0, 2]))
     span = ends[1, :2] - ends[0, :2]
     reach = float(np.linalg.norm(span))
-    # A line drawn along an edge runs beside it by rounding: each of its two sides is asked what bears it.
+    # Rounding may shift a line along an edge off the block: search for carrying faces on both sides of the line.
     aside = placing.tolerance / reach * np.array([-span[1], span[0]])
     sides = [_stretches(ends[:, :2] + shift, faces) for shift in (aside, -aside)]
     cuts = np.unique(np.concatenate([[0.0, reach], *(along.ravel() for _, along in sides)]))
@@ -225,7 +228,7 @@ def _fill(placing: Placing, load: FillLoad) -> _Placed:
     x, y = (integral(h, corners[..., k]) / volume for k in range(2))
     point = np.column_stack([x, y, level - square / volume / 2])
     on_face = np.column_stack([x, y, level - square / volume])
-    # The slopes of the plane z(x, y) are −n_x/n_z and −n_y/n_z: the pressure pushes against the outward normal.
+    # The slopes of the plane z(x, y) are −n_x/n_z and −n_y/n_z. The pressure acts against the outward normal.
     sideways = np.column_stack([faces.height[:, 1:], np.zeros(len(faces))])
     lateral = load.lateral_coefficient * load.unit_weight * volume[:, None] * sideways
     return faces.body, point, load.unit_weight * volume, lateral, on_face
@@ -255,10 +258,13 @@ def _centres(faces: PlanFaces) -> Array:
 
 
 def _stretches(ends: Array, faces: PlanFaces) -> tuple[Index, Array]:
-    """Stretches of a line (2, 2) in plan over faces: index of the face of each, and distances (n, 2) from its start."""
+    """Return the stretches of a line (2, 2) in plan that lie over faces.
+
+    Each stretch has the index of its face, and two distances (n, 2) from the start of the line.
+    """
     line = shapely.LineString(ends)
     parts, face = shapely.get_parts(shapely.intersection(line, faces.outline), return_index=True)
-    # Faces that it misses leave an empty line, those it only touches a point.
+    # The intersection is an empty line with a face that the line misses, and a point with a face that it only touches.
     lines = shapely.length(parts) > 0
     corners = np.stack([shapely.get_coordinates(shapely.get_point(parts[lines], k)) for k in (0, -1)], axis=1)
     along = shapely.line_locate_point(line, shapely.points(corners.reshape(-1, 2))).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""The contact-point table of a model."""
+"""Build the contact-point table of a model."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Self
@@ -14,15 +14,17 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-#: Distance, relative to the extent of an interface, below which two cells are at the same place.
+#: Distance, relative to the extent of an interface, up to which two cells coincide.
 _SAME_PLACE = 1e-9
 
 
 class Division(NamedTuple):
-    """How interfaces that crush are divided into cells: into how many, which of them, whether all are of equal size.
+    """How interfaces that crush are divided into cells.
 
-    Those that are no rectangles always are. In earlier files rectangles that resist tension are in cells, too, and all
-    cells are of equal size. They are verified, and gone on with, as they are.
+    ``cells`` is the approximate number of cells per interface. ``divided`` lists the interfaces that are divided even
+    if they are rectangles. ``regular`` makes all cells of equal size. Interfaces that are not rectangles are always
+    divided. Earlier files also divide rectangles that resist tension, into cells of equal size. Verification and
+    continued runs keep the division of the file.
     """
 
     cells: int = 64
@@ -31,7 +33,10 @@ class Division(NamedTuple):
 
     @classmethod
     def of_cells(cls, model: Model, cells: int, interface: Index, position: Array) -> Self:
-        """Division that a model has cells of; nothing else of them is taken for true, since it makes them anew."""
+        """Return the division that reproduces stored cells of a model.
+
+        The model generates the cells again, so nothing else in the stored cells is trusted.
+        """
         divided = tuple(np.unique(interface).tolist())
 
         def is_regular(j: int) -> bool:
@@ -46,10 +51,10 @@ class Division(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ContactPoints:
-    """All contact points k of a model, one interface j after the other.
+    """All contact points k of a model, grouped by interface j.
 
-    Contact points are the corners of an interface. Where its joint crushes and it is not a rectangle, they are the
-    centroids of cells.
+    Contact points are the corners of an interface. If its joint crushes and it is not a rectangle, they are the
+    centroids of its cells.
 
     Attributes
     ----------
@@ -65,20 +70,20 @@ class ContactPoints:
     strength : (J,) array, Pa
         Compressive strength f_c; infinite if the joint does not crush.
     torsion_lever : (J,) array, m
-        Lever of friction under uniform pressure, the mean distance of the area from its centroid; infinite where
-        friction at the contact points alone limits the torque.
+        Lever of friction under uniform pressure: the mean distance of the area from its centroid. Infinite if friction
+        at the contact points alone limits the torque.
     friction, dilatancy : (K,) arrays
         Friction coefficient and tangent of the dilatancy angle.
     cohesion, tension : (K,) arrays, N
         Cohesion and tensile strength times the tributary area.
     tributary_area : (K,) array, m²
-        Share of its interface that each point stands for.
+        Part of the interface area that each point represents.
     normal_stiffness, shear_stiffness : (K,) arrays, Pa/m
-        Of the joint, per area; infinite if it was given none.
+        Stiffness of the joint per area; infinite if the joint material has none.
     compression : (K,) array, N
         Compressive strength times the area of a cell; infinite at corners.
     rectangles : (R, 4) array
-        Contact points at the corners, in turn, of the interfaces that crush as rectangles.
+        Contact points at the corners, in order around the outline, of the interfaces that crush as rectangles.
     """
 
     position: Array
@@ -102,14 +107,14 @@ class ContactPoints:
 
     @classmethod
     def of(cls, model: Model, division: Division) -> Self:
-        """Table of a model.
+        """Return the contact-point table of a model.
 
         Parameters
         ----------
         model
             The model.
         division
-            Of interfaces that crush.
+            Division of the interfaces that crush.
         """
         interfaces = model.interfaces
         index = {b.name: i for i, b in enumerate(model.blocks)}

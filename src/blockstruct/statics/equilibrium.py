@@ -1,4 +1,4 @@
-"""The equilibrium matrix A."""
+"""Assemble the equilibrium matrix A."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,10 +17,10 @@ def equilibrium_matrix(
     rotation: Array | None = None,
     least: float = 1e-12,
 ) -> sp.csc_array:
-    """Equilibrium matrix: ``A x + w_D + α w_L = 0``.
+    """Return the matrix A of equilibrium ``A x + w_D + α w_L = 0``.
 
-    Column 3k + v of A is the wrench of a unit force at contact point k along axis v of (n, s, t): on the plus
-    block ``[v; (p − c) × v]``, on the minus block its negative.
+    Column 3k + v of A is the wrench of a unit force at contact point k along axis v of (n, s, t). It is
+    ``[v; (p − c) × v]`` on the plus block, and its negative on the minus block.
 
     Parameters
     ----------
@@ -29,14 +29,13 @@ def equilibrium_matrix(
     centroids : (B, 3) array, m
         Reference points of the moments.
     free : (F,) array
-        Indices of the free blocks, in the order of the rows, six per block; rows of supports are dropped.
+        Indices of the free blocks in the order of the rows. Each has six rows; supports have none.
     length
-        Characteristic length, m: moments are divided by it.
+        Characteristic length, m; moments are divided by this length.
     rotation : (B, 3, 3) array
-        Of the blocks, in whose own axes their rows then are: so blocks that have turned have as few entries as they
-        had before.
+        Rotations of the blocks. The rows of a block are then in its rotated axes, so that rotation adds no entries.
     least
-        Entries that are smaller are left out: rounding, which would only fill the factorisation.
+        Magnitude up to which entries are dropped as rounding. They would only fill the factorisation.
 
     Returns
     -------

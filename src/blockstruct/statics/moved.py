@@ -1,4 +1,4 @@
-"""A structure whose blocks have moved: its contacts, found anew, and its loads."""
+"""Find the contacts and loads of a structure whose blocks have moved."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -25,20 +25,20 @@ from blockstruct.statics.wrenches import applied_loads, summed
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Entries of the equilibrium of blocks that have moved which are below what motions are known to.
+#: Magnitude up to which entries of the equilibrium matrix of moved blocks are dropped; motions are no more accurate.
 NO_ENTRY = 1e-8
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where the blocks are.
+    """Positions and rotations of the blocks.
 
     Attributes
     ----------
     position : (B, 3) array, m
-        Of the centroids.
+        Positions of the centroids.
     rotation : (B, 3, 3) array
-        From where the model has them.
+        Rotations from the orientation in the model.
     """
 
     position: Array
@@ -46,12 +46,15 @@ class Placement:
 
     @classmethod
     def of(cls, model: Model) -> Self:
-        """As the model has them."""
+        """Return the placement of the blocks in the model."""
         return cls(np.array([b.centroid for b in model.blocks]), np.tile(np.eye(3), (len(model.blocks), 1, 1)))
 
     @classmethod
     def at(cls, position: Array, vectors: Array) -> Self:
-        """At positions (B, 3), turned by rotation vectors (B, 3)."""
+        """Return the placement at positions (B, 3) and rotation vectors (B, 3).
+
+        Positions are in m and rotation vectors in rad.
+        """
         return cls(position, rotation_matrices(vectors))
 
     @property
@@ -60,24 +63,29 @@ class Placement:
         return rotation_vectors(self.rotation)
 
     def moved(self, twist: Array) -> Self:
-        """After every block has followed the screw of its twist (B, 6): displacement of its centroid, rotation."""
+        """Return the placement after each block follows the screw of its twist.
+
+        A twist (B, 6) is the displacement of the centroid, m, and the rotation vector, rad.
+        """
         R, t = screw_motions(twist[:, :3], twist[:, 3:])
         return type(self)(self.position + t, R @ self.rotation)
 
 
 def rotated(wrench: Array, rotation: Array) -> Array:
-    """Wrenches or twists (B, 6) after rotations (B, 3, 3)."""
+    """Return wrenches or twists (B, 6) rotated by matrices (B, 3, 3)."""
     return np.asarray((wrench.reshape(-1, 2, 3) @ rotation.transpose(0, 2, 1)).reshape(-1, 6))
 
 
 @dataclass(frozen=True, slots=True)
 class MovingLoads:
-    """Loads of a pattern on blocks that move: forces keep size and direction, and act where they did on the block.
+    """Loads of a pattern on blocks that move.
+
+    Forces keep their size and direction. Their points of application move with the blocks.
 
     Attributes
     ----------
     wrench : (B, 6) array
-        Force, N, and moment about the centroid, N·m, where the model has the blocks.
+        Force, N, and moment about the centroid, N·m, with the blocks at their positions in the model.
     lever : (B, 3, 3) array
         ``Σ r Fᵀ`` over the forces on each block, r from its centroid.
     """
@@ -87,7 +95,10 @@ class MovingLoads:
 
     @classmethod
     def of(cls, model: Model, pattern: LoadPattern, dead: LoadPattern) -> Self:
-        """Loads of a pattern beside the dead load of its case; errors as of :func:`applied_loads`."""
+        """Return the loads of a pattern, given the dead load of its case.
+
+        Errors are the same as in :func:`applied_loads`.
+        """
         found = applied_loads(model, pattern, dead)
         centroid = np.array([b.centroid for b in model.blocks])
         arm = found.point - centroid[found.block]
@@ -96,16 +107,19 @@ class MovingLoads:
         return cls(summed(model, found), lever)
 
     def at(self, placement: Placement) -> Array:
-        """Wrenches (B, 6) on blocks at a placement."""
+        """Return the wrenches (B, 6) on blocks at a placement, global axes."""
         turned = (placement.rotation - np.eye(3)) @ self.lever
         return np.column_stack([self.wrench[:, :3], self.wrench[:, 3:] + _axial(turned)])
 
     def own(self, placement: Placement) -> Array:
-        """The same in the axes of each block."""
+        """Return the wrenches (B, 6) at a placement in the axes of each block."""
         return rotated(self.at(placement), placement.rotation.transpose(0, 2, 1))
 
     def work(self, before: Placement, after: Placement) -> float:
-        """Work, J, between two placements, of the forces exactly; of moments to second order of their rotation."""
+        """Return the work of the loads between two placements, J.
+
+        The work of forces is exact. The work of moments is accurate to second order in the rotation.
+        """
         moment = self.wrench[:, 3:] - _axial(self.lever)
         turn = after.rotation @ before.rotation.transpose(0, 2, 1)
         vectors = _axial(turn.transpose(0, 2, 1)) / 2
@@ -118,7 +132,7 @@ class MovingLoads:
 
 
 def _axial(matrices: Array) -> Array:
-    """Axial vectors (n, 3) of ``M − Mᵀ`` of matrices M (n, 3, 3)."""
+    """Return the axial vectors (n, 3) of ``M − Mᵀ`` for matrices M (n, 3, 3)."""
     return np.stack([matrices[:, i, j] - matrices[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
@@ -129,11 +143,11 @@ class MovedContacts:
     Attributes
     ----------
     points : ContactPoints
-        Each contact point is an interface of its own.
+        Contact points; each is a separate interface.
     gap : (K,) array, m
-        Negative for a penetration.
+        Gaps; negative for a penetration.
     A : (6 F, 3 K) sparse array
-        Equilibrium there, in the axes of each block; moments divided by the characteristic length of the statics.
+        Equilibrium matrix in the axes of each block; moments are divided by the characteristic length of the statics.
     """
 
     points: ContactPoints
@@ -142,20 +156,20 @@ class MovedContacts:
 
 
 class MovingStructure:
-    """The blocks of a structure, as they move and touch.
+    """Blocks of a structure that move and touch.
 
     Parameters
     ----------
     statics
-        The structure as the model has it. A joint has the friction that it has there, wherever its two blocks touch;
-        blocks that had no joint have the least friction of the joints of either.
+        Statics of the structure in the model. Two blocks with a joint in the model keep its friction wherever they
+        touch. Two blocks without one get the least friction of the joints of either block.
     rounding
         Radius of the corners of blocks, m.
 
     Raises
     ------
     GeometryError
-        If rounded corners leave nothing of a face.
+        If rounding the corners removes a whole face.
     """
 
     def __init__(self, statics: Statics, rounding: float = 0.0) -> None:
@@ -175,7 +189,7 @@ class MovingStructure:
         self._least = np.where(np.isfinite(least), least, points.friction.min())
 
     def contacts(self, placement: Placement, reach: float) -> MovedContacts:
-        """Contact points of the blocks at a placement, up to a gap, m."""
+        """Return the contacts at a placement with gaps up to ``reach``, m."""
         statics = self.statics
         found = self._bodies.touching(placement.position, placement.rotation, reach, statics.length)
         points = self._points(found, placement.rotation)
@@ -183,18 +197,18 @@ class MovingStructure:
         return MovedContacts(points, found.gap, A)
 
     def ties(self, placement: Placement) -> TieTable:
-        """The ties at a placement, between their anchors where they are."""
+        """Return the ties between the moved anchors at a placement."""
         table = self.statics.ties
         ends = table.ends
         arm = np.einsum("meij,mej->mei", placement.rotation[ends], table.position - self._centroid[ends])
         position = placement.position[ends] + arm
         way = position[:, 1] - position[:, 0]
-        # Anchors that have come to one point pull nowhere.
+        # Anchors at the same point define no direction: the direction is zero.
         direction = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
         return replace(table, position=position, direction=direction)
 
     def friction(self, minus: Index, plus: Index) -> tuple[Array, Array]:
-        """Friction coefficient and dilatancy (K,) between two blocks each."""
+        """Return friction coefficient and dilatancy (K,) of pairs of blocks."""
         code = np.minimum(minus, plus) * self._n_blocks + np.maximum(minus, plus)
         place = np.minimum(np.searchsorted(self._pairs, code), len(self._pairs) - 1)
         known = self._pairs[place] == code

@@ -1,4 +1,4 @@
-"""Everything the method needs to know of a model, as arrays."""
+"""Assemble the arrays that the analysis needs from a model."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -17,17 +17,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Statics:
-    """Contact points, ties and equilibrium matrix of a model, assembled once for all its cases.
+    """Contact points, ties and equilibrium matrix shared by all cases.
 
     Attributes
     ----------
     model : Model
     points : ContactPoints
     A : (6 F, 3 K) sparse array
-        Equilibrium of the F free blocks; moments divided by ``length``.
+        Equilibrium matrix of the F free blocks; moments are divided by ``length``.
     ties : TieTable
     tie_columns : (6 F, M) sparse array
-        Wrenches of unit forces of the M stretches of ties, likewise.
+        Wrenches of unit forces in the M stretches of ties; moments are divided by ``length``.
     free : (F,) array
         Indices of the free blocks.
     length : float
@@ -44,7 +44,10 @@ class Statics:
 
     @classmethod
     def of(cls, model: Model, division: Division | None = None) -> Self:
-        """Assemble the statics of a model, whose interfaces that crush are so divided into cells."""
+        """Assemble the statics of a model.
+
+        ``division`` sets how interfaces that crush are divided into cells.
+        """
         points = ContactPoints.of(model, division or Division())
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])

@@ -1,4 +1,4 @@
-"""The ties of a model, as arrays: one row a stretch that carries one force."""
+"""Turn the ties of a model into arrays, one row per stretch."""
 
 from dataclasses import dataclass, fields
 from itertools import compress
@@ -16,7 +16,9 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class TieTable:
-    """All stretches j of the ties of a model, one tie after the other.
+    """All stretches j of the ties of a model, grouped by tie.
+
+    A stretch carries one force.
 
     Attributes
     ----------
@@ -24,19 +26,19 @@ class TieTable:
     tie : (M,) array
         Index of the tie of each stretch.
     ends : (M, 2) array
-        Indices of the blocks that it pulls together.
+        Indices of the two blocks that each stretch pulls together.
     position : (M, 2, 3) array, m
-        Where it ends in each of them, on the line along which it pulls.
+        End of each stretch in each block, on its line of action.
     direction : (M, 3) array
-        Unit vectors from the first to the second.
+        Unit vectors from the first to the second end.
     capacity, prestress : (M,) arrays, N
         Largest and least force.
     governing : tuple of str
-        Which limit the largest force is.
+        Name of the limit that sets the largest force.
     bond : (M, 2) array, N
         Largest change of the force in the block at each end; infinite at an anchor.
     elongation_limit : (M,) array, m
-        Infinite if none was given.
+        Elongation at which the tie breaks; infinite without a limit.
     """
 
     name: tuple[str, ...]
@@ -52,7 +54,7 @@ class TieTable:
 
     @classmethod
     def of(cls, model: Model) -> Self:
-        """Table of a model; without ties its arrays are empty."""
+        """Return the table of a model; its arrays are empty without ties."""
         segments = tie_segments(model.ties, model.blocks)
         index = {b.name: i for i, b in enumerate(model.blocks)}
         number = {tie.name: i for i, tie in enumerate(model.ties)}
@@ -77,7 +79,7 @@ class TieTable:
         return len(self.name)
 
     def __getitem__(self, chosen: NDArray[np.bool_]) -> Self:
-        """The stretches chosen (M,)."""
+        """Return the table of the chosen stretches (M,)."""
         own: dict[str, Any] = {
             f.name: tuple(compress(value, chosen)) if isinstance(value, tuple) else value[chosen]
             for f in fields(self)
@@ -91,18 +93,20 @@ class TieTable:
         return np.asarray(np.linalg.norm(self.position[:, 1] - self.position[:, 0], axis=1))
 
     def columns(self, centroids: Array, free: Index, length: float, rotation: Array | None = None) -> sp.csc_array:
-        """Wrenches of unit forces: ``[d; (p − c) × d]`` on the block at the start, its negative at the end.
+        """Return the wrenches of unit forces in the stretches.
+
+        The wrench is ``[d; (p − c) × d]`` on the block at the start, and its negative on the block at the end.
 
         Parameters
         ----------
         centroids : (B, 3) array, m
             Reference points of the moments.
         free : (F,) array
-            Indices of the free blocks; rows of supports are dropped.
+            Indices of the free blocks; supports have no rows.
         length
-            Characteristic length, m: moments are divided by it.
+            Characteristic length, m; moments are divided by this length.
         rotation : (B, 3, 3) array
-            Of the blocks, in whose own axes their rows then are.
+            Rotations of the blocks. The rows of a block are then in its rotated axes.
 
         Returns
         -------
@@ -122,7 +126,10 @@ class TieTable:
         return sp.csc_array((wrench[on], (rows[on], columns[on])), shape=(6 * len(free), len(self)))
 
     def bond_rows(self) -> tuple[sp.csr_array, Array]:
-        """Changes of the force from one stretch of a bonded bar to the next, (R, M), and the bond that limits each."""
+        """Return the force changes along bonded bars and their limits.
+
+        Each row (R, M) takes the force in one stretch from the force in the next. The bond (R,) limits the change, N.
+        """
         k = np.flatnonzero(np.isfinite(self.bond[:, 1]))
         r = np.arange(len(k))
         values = np.repeat([1.0, -1.0], len(k))

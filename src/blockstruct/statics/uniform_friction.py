@@ -1,12 +1,14 @@
-"""Shear and torque that friction of even size over the area of a joint resists together, exactly.
+"""Compute the exact shear and torque resisted by uniform friction.
 
-An area that turns about a point c slides everywhere across the way from c, and its friction does the work of its mean
-distance from c. Shear and torque that no motion ``w = (w_s, w_t, r̄ ω)`` gives more power than that are resisted. With
-the mean distance r̄ from the centroid, the ellipsoid ``‖(V_s, V_t, T / r̄)‖ ≤ R`` touches them where either acts alone.
-In between it lies outside of them, on a square by up to 7.1 %, and for shear across a narrow joint by up to 15.5 %:
-about a point at the share v of half its length from its middle such a joint resists the shear v and the torque
-``1 − v²``, so that the ellipse is ``1 / √(1 − v² + v⁴)`` times as large. For shear along a narrow joint it lies inside,
-by up to 4.5 %.
+The friction per area is uniform over a joint. An area that turns about a point c slides perpendicular to the arm from
+c. The work of its friction is proportional to its mean distance from c. A joint resists a shear and torque if their
+power does not exceed the work of friction in any motion ``w = (w_s, w_t, r̄ ω)``.
+
+Let r̄ be the mean distance from the centroid. The ellipsoid ``‖(V_s, V_t, T / r̄)‖ ≤ R`` is exact for shear alone and
+for torque alone. For both together it is too large: by up to 7.1 % on a square, and by up to 15.5 % for shear across a
+narrow joint. A narrow joint may turn about a point at the share v of half its length from its middle. It then resists
+the shear v and the torque ``1 − v²``, and the ellipse is ``1 / √(1 − v² + v⁴)`` times as large. For shear along a
+narrow joint the ellipsoid is too small, by up to 4.5 %.
 """
 
 from collections.abc import Sequence
@@ -19,24 +21,25 @@ from blockstruct.model import Interface
 
 Array = NDArray[np.float64]
 
-#: Newton steps, the difference by which they take derivatives, the longest, and the shares of each that are tried.
+#: Number of Newton steps, finite difference for derivatives, longest step, and fractions of a step that are tried.
 _STEPS, _APART, _LONGEST, _SHARES = 8, 1e-3, 0.3, (1.0, 0.3, 0.1)
-#: Torque and turning, relative to shear and shifting, that are none.
+#: Torque relative to shear, and rotation relative to translation, up to which they count as zero.
 _NONE = 1e-6
 
 
 def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array) -> Array:
-    """Multiples (J,) of the largest shear and torque in these proportions that friction of even size resists.
+    """Return the shear and torque relative to the resisted ones, (J,).
 
-    Where it surely resists them, as one part of it does the shear and the other the torque, the share that these take.
-    Elsewhere the least work of friction over all motions in which the forces have a power of one, by Newton's method.
+    The resisted shear and torque have the same proportions as the forces. If the sum of the shear and torque shares
+    is at most one, or if there is no torque, the sum is returned. Otherwise Newton's method finds the least work of
+    friction over all motions in which the forces have unit power.
 
     Parameters
     ----------
     interfaces
-        J of them.
+        The J interfaces.
     forces : (J, 3) array
-        ``(V_s, V_t, T / r̄)`` about the centroid, in multiples of all friction.
+        ``(V_s, V_t, T / r̄)`` about the centroid, in multiples of the total friction of each interface.
     """
     size = np.linalg.norm(forces, axis=1)
     at_most: Array = np.linalg.norm(forces[:, :2], axis=1) + np.abs(forces[:, 2])
@@ -45,7 +48,7 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
         return at_most
     areas = _Areas([i for i, one in zip(interfaces, twisted.tolist(), strict=True) if one])
     toward = forces[twisted] / size[twisted, None]
-    # Two directions across each, in which the motion does not change its power.
+    # Two directions perpendicular to each force: a motion along them has no power.
     across = np.linalg.svd(toward[:, None])[2][:, 1:]
     z = np.zeros((len(toward), 2))
 
@@ -60,10 +63,10 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
         bend = np.empty((len(z), 2, 2))
         bend[:, 0, 0], bend[:, 1, 1] = a - 2 * least + b, c - 2 * least + d
         bend[:, 0, 1] = bend[:, 1, 0] = both - a - c + least
-        # Convex but for rounding.
+        # The work is convex apart from rounding.
         low, axes = np.linalg.eigh(bend / _APART**2)
         own = np.einsum("jca,jc->ja", axes, slope) / np.maximum(low, _APART)
-        # About centres beyond a narrow area nothing bends.
+        # The curvature vanishes for centres of rotation outside a narrow area: limit the step.
         own /= np.maximum(np.linalg.norm(own, axis=1) / _LONGEST, 1.0)[:, None]
         step, start = -np.einsum("jca,ja->jc", axes, own), z
         for share in _SHARES:
@@ -76,7 +79,7 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
 
 
 class _Areas:
-    """Outlines of interfaces, in their own axes from their centroids."""
+    """Outlines of interfaces in the axes of each, from its centroid."""
 
     def __init__(self, interfaces: Sequence[Interface]) -> None:
         self._corners = np.concatenate([i.polygon for i in interfaces])
@@ -86,7 +89,10 @@ class _Areas:
         self._lever = np.array([i.torsion_lever for i in interfaces])
 
     def work(self, motion: Array) -> Array:
-        """Mean rate (J,) at which the areas slide in motions (J, 3) ``(w_s, w_t, r̄ ω)``."""
+        """Return the mean sliding rate (J,) of each area.
+
+        Motions (J, 3) are ``(w_s, w_t, r̄ ω)``.
+        """
         shift, turn = np.linalg.norm(motion[:, :2], axis=1), motion[:, 2] / self._lever
         turns = np.abs(motion[:, 2]) > _NONE * shift
         around = np.column_stack([-motion[:, 1], motion[:, 0]]) / np.where(turns, turn, 1.0)[:, None]

@@ -1,4 +1,4 @@
-"""Load patterns as forces and couples on blocks, and as wrenches."""
+"""Turn load patterns into forces, couples and wrenches on blocks."""
 
 from dataclasses import dataclass
 
@@ -16,17 +16,17 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class AppliedLoads:
-    """Forces and couples of a load pattern, load by load.
+    """Forces and couples of a load pattern, grouped by load.
 
     Attributes
     ----------
     load, block : (n,) arrays
-        Index of the load in its pattern, and of the block.
+        Index of the load in its pattern, and index of the block.
     point : (n, 3) array, m
-        Where the force acts.
+        Point of application of the force.
     force : (n, 3) array, N
     couple : (n, 3) array, N·m
-        Beside the force.
+        Couple in addition to the force.
     """
 
     load: Index
@@ -37,23 +37,25 @@ class AppliedLoads:
 
 
 def applied_loads(model: Model, pattern: LoadPattern, dead: LoadPattern | None = None) -> AppliedLoads:
-    """Forces and couples that a load pattern applies to the blocks of a model, supports included.
+    """Return the forces and couples of a load pattern on all blocks.
+
+    The blocks include supports.
 
     Parameters
     ----------
     model, pattern
         The structure and the loads.
     dead
-        Dead load of the case, whose weights a :class:`~blockstruct.BodyForce` of the pattern takes along; the pattern
-        itself by default.
+        Dead load of the case; the pattern itself by default. A :class:`~blockstruct.BodyForce` of the pattern acts on
+        the masses of the weights in the dead load.
 
     Raises
     ------
     UnknownNameError
         If a load acts on a block that the model does not have.
     ModelError
-        If a load is not on its block or its face, or weights with a mass are in a variable load that is
-        mass-proportional.
+        If a load is not on its block or its face, or if a mass-proportional variable load contains weights with a
+        mass.
     """
     dead = pattern if dead is None else dead
     placing = Placing(model, pattern.name)
@@ -113,17 +115,19 @@ def applied_loads(model: Model, pattern: LoadPattern, dead: LoadPattern | None =
 
 
 def wrenches(model: Model, pattern: LoadPattern, dead: LoadPattern | None = None) -> Array:
-    """Force (N) and moment about the centroid (N·m) of a load pattern on every block, shape (B, 6).
+    """Return the wrenches (B, 6) of a load pattern on all blocks.
 
-    Loads that cancel on a block but for rounding are none. Parameters and errors are those of :func:`applied_loads`.
+    A wrench is a force, N, and a moment about the centroid, N·m. Loads that cancel on a block up to rounding give
+    zero. Parameters and errors are the same as in :func:`applied_loads`.
     """
     return summed(model, applied_loads(model, pattern, dead))
 
 
 def magnitude(model: Model, pattern: LoadPattern, dead: LoadPattern, blocks: Index, length: float) -> float:
-    """Sum of the magnitudes of the forces on some blocks, of each point one, and of couples at a length, N.
+    """Return the sum of the magnitudes of the loads on some blocks, N.
 
-    Other parameters and errors are those of :func:`applied_loads`.
+    Forces at the same point of a block are added first. Couples are divided by ``length``, m. Other parameters and
+    errors are the same as in :func:`applied_loads`.
     """
     found = applied_loads(model, pattern, dead)
     on = np.isin(found.block, blocks)
@@ -136,13 +140,16 @@ def magnitude(model: Model, pattern: LoadPattern, dead: LoadPattern, blocks: Ind
 
 
 def summed(model: Model, found: AppliedLoads) -> Array:
-    """Wrenches (B, 6) of forces and couples about the centroids of their blocks, as of :func:`wrenches`."""
+    """Return the wrenches (B, 6) of forces and couples about centroids.
+
+    Units and rounding are the same as in :func:`wrenches`.
+    """
     n = len(model.blocks)
     centroid = np.array([b.centroid for b in model.blocks])[found.block]
     arm, size = found.point - centroid, np.linalg.norm(found.force, axis=1)
     parts = np.hstack([found.force, np.cross(arm, found.force) + found.couple])
     w: Array = np.column_stack([np.bincount(found.block, column, minlength=n).astype(float) for column in parts.T])
-    # Sums of the magnitudes, whose rounding is what is left where loads cancel.
+    # The rounding of these sums of magnitudes is all that remains when loads cancel.
     reach = np.linalg.norm(found.point, axis=1) + np.linalg.norm(centroid, axis=1)
     turning = np.where(arm.any(axis=1), reach * size, 0.0) + np.linalg.norm(found.couple, axis=1)
     gross = [np.bincount(found.block, of, minlength=n) for of in (size, turning)]
@@ -153,7 +160,10 @@ def summed(model: Model, found: AppliedLoads) -> Array:
 
 
 def _on_face(placing: Placing, load: FaceLoad) -> tuple[Array, Array]:
-    """Points and forces of a load on a face: of what is uniform, and of what grows with the depth."""
+    """Return the points, m, and forces, N, of a load on a face.
+
+    The first is the uniform part. The second, if any, is the part that grows with depth.
+    """
     shape = placing.model.blocks[placing.at(load)].shape
     if load.face >= len(shape.faces):
         msg = (
