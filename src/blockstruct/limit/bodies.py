@@ -17,7 +17,7 @@ Flags = NDArray[np.bool_]
 #: Relative velocity up to which two blocks move as one body, relative to the fastest block or point. The relative
 #: velocity is measured at contact points, and as relative rotation times the characteristic length.
 TOGETHER = 1e-3
-#: Gap, in characteristic lengths, up to which a contact point counts as closed; least number of closed points of a body.
+#: Gap, in characteristic lengths, up to which a contact point is closed; least closed points that join two blocks.
 CLOSED, HOLDING = 1e-3, 3
 #: Magnitude below which entries of the equilibrium matrix of bodies are rounding.
 NO_ENTRY = 1e-10

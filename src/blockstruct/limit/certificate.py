@@ -44,7 +44,8 @@ class Certificate:
         Largest violation of a strength condition; negative inside. At joints it is the largest of
         ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing. The unit is the dead wrench of the
         lighter of the two blocks, or the normal force of the contact point or crushing rectangle, whichever is larger.
-        At ties it is the violation of ``T0 ≤ T ≤ T_y`` and of the bond, relative to the tie force if larger.
+        At ties it is the violation of ``T0 ≤ T ≤ T_y`` and of the bond. The unit is the unit of force of the tie, or
+        the tie force, whichever is larger.
     interpenetration : float
         Largest ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, and largest ``‖v_t‖`` at points that never
         slide. Both are relative to the largest relative velocity.

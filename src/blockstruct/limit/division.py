@@ -1,20 +1,22 @@
-"""Division of sliding between the contact points of a joint and the cone of its torsion, where joints dilate.
+"""Divide sliding of dilating joints between contact points and torsion.
 
-The conditions of an interface with the torsion of uniform pressure meet in one domain of its normal and shear forces.
-The work that forces inside may do at most at the relative velocities of its points, the support function of that
-domain, is by duality ::
+The conditions of an interface with torsion of uniform pressure define one domain of its normal and shear forces. The
+largest work of admissible forces at the relative velocities of its points is the support function of this domain. By
+duality it is ::
 
     min over w of  Σ c A_k r_k + h(μ r − v_n),   r_k = ‖v_t,k − J_k w‖ + ‖w‖,
 
-with h that of the domain of normal forces alone: that of crushing, or zero if no point penetrates and ∞ otherwise.
-The motions w are the multipliers of the cone. Velocities are thus admissible if *some* division r lets no point
-penetrate. Which it is does not follow from what friction dissipates: where a joint carries nothing every division
-dissipates nothing, and where a few of its points are pressed these leave it open how the others slide.
+with h the support function of the domain of normal forces alone. h is the dissipation of crushing. For rigid points it
+is zero if no point penetrates and ∞ otherwise. The motions w are the multipliers of the torsion cone. Velocities are
+thus admissible if *some* division r lets no point penetrate. The dissipation of friction does not determine this
+division. In a joint without forces every division dissipates nothing. If only a few points are pressed, the sliding of
+the other points stays undetermined.
 
-So the division is taken by which a state misses the flow rule least: by the work that friction, normal forces and
-crushing could do beyond what they do, with what rigid points penetrate. It is a convex function of w, not smooth, of
-three variables for each joint, which ellipsoids around its minimum enclose: each is the least that holds the part of
-the one before where a subgradient leaves less to be found.
+The chosen division is therefore the one with the least violation of the flow rule. This violation is the work that
+friction, normal forces and crushing could do at most, less their actual work, plus the penetration of rigid points. It
+is a convex, non-smooth function of w with three variables per joint. The ellipsoid method encloses its minimum. A
+subgradient cuts off the part of the ellipsoid without a smaller value. The next ellipsoid is the smallest around the
+remaining part.
 """
 
 from dataclasses import dataclass
@@ -31,25 +33,25 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
-#: Ellipsoids at most, each of e^(−1/8) of the volume of the one before or less.
+#: Largest number of ellipsoids; each has at most e^(−1/8) times the volume of the previous ellipsoid.
 STEPS = 500
-#: Missed work that is none, in multiples of the resistance of a joint times the largest velocity; and how closely
-#: missed work that is some is found, relative to it.
+#: Missed work up to which it counts as zero, relative to joint resistance times largest velocity; relative accuracy.
 NONE, ENOUGH = 1e-8, 1e-3
 
 
 def sliding(problem: LimitProblem, x: Array, v: Array, *, biaxial: bool) -> Array:
-    """Rate at which each contact point slides, (K,), by itself and with the cone of its interface.
+    """Return the sliding rate of each contact point, (K,).
 
-    It is ``‖v_t‖`` but in the interfaces of uniform torsion. There it is :meth:`UniformTorsion.slip` without
-    dilatancy, and where that already misses nothing.
+    The rate includes sliding with the torsion cone of the interface. It is ``‖v_t‖`` except in interfaces of uniform
+    torsion. In these it is :meth:`UniformTorsion.slip` if the joint does not dilate, or if this rate already satisfies
+    the flow rule.
 
     Parameters
     ----------
     x, v : (K, 3) arrays
-        Contact forces, and relative velocities with the gap that is open before they act.
+        Contact forces, and relative velocities including the initial open gap.
     biaxial
-        Interaction of crushing about the two axes.
+        Whether crushing about the two axes interacts.
     """
     found = problem.slip(v, x[:, 0])
     own = problem.torsion
@@ -71,9 +73,10 @@ def sliding(problem: LimitProblem, x: Array, v: Array, *, biaxial: bool) -> Arra
 
 @dataclass(frozen=True, slots=True)
 class _Flow:
-    """The flow rule of I interfaces of uniform torsion: forces, velocities and strengths at their P points.
+    """Flow rule of I interfaces of uniform torsion with P contact points.
 
-    ``corners`` (R, 4) are those of the rectangles that crush, among the P points.
+    It holds forces, velocities and strengths at these points. ``corners`` (R, 4) are the indices, among the P points,
+    of the corners of rectangles that crush.
     """
 
     torsion: UniformTorsion
@@ -115,9 +118,10 @@ class _Flow:
         )
 
     def missed(self, rate: Array) -> tuple[Array, Array]:
-        """Work missed by each interface, (I,), at rates of sliding (P,), and its growth with each rate, (P,).
+        """Return the missed work (I,) at sliding rates (P,), and its slope (P,).
 
-        A unit of penetration of rigid points counts as much as sliding against the whole resistance of the joint.
+        The slope is the derivative of the work with respect to each rate. A unit of penetration of rigid points counts
+        as much as a unit of sliding against the whole resistance of the joint.
         """
         penetration = self.dilatancy * rate - self.v[:, 0]
         inwards = penetration > 0
@@ -128,13 +132,14 @@ class _Flow:
         most = crushing.hardest(penetration[self.corners], self.capacity, biaxial=self.biaxial)
         beyond[self.corners] = most - (self.n + self.tension)[self.corners]
         work = self.torsion.summed(self.resistance * rate + self.done + beyond * penetration)
-        # Below zero by rounding alone: what a point dissipates grows with its sliding.
+        # A negative slope is rounding only: the dissipation of a point grows with its sliding.
         return work, np.maximum(self.resistance + self.dilatancy * beyond, 0.0)
 
     def divided(self, rate: Array, none: Array) -> Array:
-        """Rates of sliding, (P,), by which each interface misses least, beginning with a division of rates (P,).
+        """Return the sliding rates (P,) with the least missed work.
 
-        No motion beyond the fastest point is better than none at all: with it all points slide faster.
+        The search starts from rates (P,). It covers motions w up to the velocity of the fastest point. All points slide
+        faster with a larger w than with w = 0.
         """
         own, along, (x, y) = self.torsion, self.v[:, 1:], self.torsion.place.T
         best, (least, _) = rate.copy(), self.missed(rate)
@@ -155,7 +160,7 @@ class _Flow:
             slope += (own.summed(growth) / np.where(of_cone > 0, of_cone, 1.0))[:, None] * w
             to_edge = np.einsum("iab,ib->ia", E, slope)
             width = np.sqrt(np.maximum(np.einsum("ia,ia->i", slope, to_edge), 0.0))
-            # Nothing inside is less than the work at its centre less the width.
+            # The work at the centre less the width is a lower bound inside the ellipsoid.
             left = (least > none) & (least - work + width > np.maximum(none, ENOUGH * least))
             if not left.any():
                 break

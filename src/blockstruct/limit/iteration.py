@@ -1,4 +1,4 @@
-"""What one program of the procedure found, and how the procedure ended."""
+"""Record the result of each program and the outcome of a procedure."""
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
@@ -15,8 +15,8 @@ from blockstruct.vocabulary import PathEnd, Procedure, Reason, SolverStatus, Sta
 
 Array = NDArray[np.float64]
 
-#: Ratio of the loads of two blocks that touch from which programs resolve the lighter one poorly. Measured on stacks
-#: in which it carries the heavier one: 1e4 is certified, 1e5 is not.
+#: Load ratio of two touching blocks above which programs resolve the lighter one poorly. Measured on stacks with the
+#: heavier block on top: a ratio of 1e4 is certified, 1e5 is not.
 APART = 3e4
 
 
@@ -28,29 +28,29 @@ class Iteration:
     ----------
     stage : Stage
     load_factor : float
-        α; NaN where the solver found no point, and in the dead-load program.
+        α; NaN if the solver found no point, and in the dead-load program.
     x : (K, 3) array
         Contact forces (n, s, t).
     u : (6 F,) array
         Velocities, ``w_L·u = 1`` (``w_D·u = 1`` in the dead-load program).
     v : (K, 3) array
-        Relative velocities plus minus minus, in the frame of the interface.
+        Velocities of the plus block relative to the minus block, in the frame of the interface.
     sliding : Sliding
-        The sliding condition of the program.
+        Sliding condition of the program.
     c0, a : float
         Cohesion and slope of the schedule.
     linearised_at : (R,) array or None
-        Normal force N0 of the latest tangent of crushing of each rectangle, if crushing is linearised.
+        Normal force N0 at the latest crushing tangent of each rectangle; None unless crushing is linearised.
     certificate : Certificate
-        Against the true conditions.
+        Certificate against the true conditions.
     solver_status : SolverStatus
     solver_iterations : int
     solver_time : float
-        Seconds.
+        Solver time, s.
     displacement : float
-        Of a step of the loading path, from the state under dead load; NaN in programs.
+        Displacement of a loading-path step from the state under dead load; NaN in programs.
     tie_force, elongation : (M,) arrays
-        Forces T of ties with their prestress, tension positive, and rates of elongation.
+        Forces T of ties including prestress, tension positive, and rates of elongation.
     """
 
     stage: Stage
@@ -72,11 +72,14 @@ class Iteration:
 
     @property
     def solved(self) -> bool:
-        """Whether the solver claims a point: only the certificate tells what it is worth."""
+        """Whether the solver claims a solution; only the certificate proves it."""
         return is_solved(self.solver_status)
 
     def of_case(self, problem: LimitProblem) -> Self:
-        """Return the iteration in multiples of the variable load of the case; of the dead load alone, as it is."""
+        """Return the iteration in multiples of the variable load of the case.
+
+        An iteration under dead load alone is unchanged.
+        """
         if self.stage.is_of_dead_load:
             return self
         unit, c = problem.load_unit, self.certificate
@@ -93,13 +96,13 @@ class Iteration:
 
 
 def is_solved(status: SolverStatus) -> bool:
-    """Whether a solver claims a point."""
+    """Return whether a solver claims a solution."""
     return status in (SolverStatus.SOLVED, SolverStatus.ALMOST_SOLVED)
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A certified collapse state and how it was found.
+    """A certified collapse state and the procedure that found it.
 
     Attributes
     ----------
@@ -108,9 +111,9 @@ class Found:
     settled : bool
         Whether the load factor had settled when the search ended.
     drift : tuple of float or None
-        Lowest and highest of the last load factors, None if the search has none.
+        Lowest and highest of the last load factors; None if the search records none.
     peak : float
-        Largest load factor on the loading path, NaN if it is that of the state.
+        Largest load factor on the loading path; NaN if the state has it.
     """
 
     state: Iteration
@@ -122,7 +125,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a limit case ended, as facts.
+    """Outcome of a limit case.
 
     Attributes
     ----------
@@ -130,28 +133,28 @@ class Outcome:
     load_factor : float
         α at collapse; infinite if unbounded, NaN without a result.
     reason : Reason
-        Why the case ended with this status.
+        Reason for the status.
     procedure : Procedure or None
-        How the load factor was found, None without one.
+        Procedure that found the load factor; None without a load factor.
     settled : bool
         Whether the load factor had settled when the procedure ended.
     drift : tuple of float or None
         Lowest and highest of the last load factors.
     peak : float
-        Largest load factor on the loading path, NaN if it does not exceed the load factor.
+        Largest load factor on the loading path; NaN if it does not exceed the load factor.
     path_end : PathEnd or None
-        How the loading path ended, None if it was not followed.
+        End of the loading path; None if the path was not followed.
     carried : float
-        Largest share of the dead load that the joints carry, NaN if they carry all of it.
+        Largest share of the dead load that the joints carry; NaN if they carry the whole dead load.
     programs : int
         Programs solved before the search was given up; 0 otherwise.
     load_ratio : float
-        Largest ratio of the loads of two blocks that touch, if it is too large for the solver; NaN otherwise.
+        Largest load ratio of two touching blocks, if too large for the solver; NaN otherwise.
     without_crushing : float
-        Load factor of the same case without crushing, which crushing exceeded by more than the procedure is good for:
-        the load factor is this one. NaN as a rule.
+        Load factor of the same case without crushing, if the result with crushing was higher by more than the accuracy
+        of the procedure. The load factor is then this value. NaN otherwise.
     hung, jammed : tuple of int
-        Free blocks whose dead load, or whose share of the variable load, depends on self-stress.
+        Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
     """
 
     status: Status
@@ -171,7 +174,10 @@ class Outcome:
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
-        """Return the outcome of plain values, as JSON keeps those of :func:`dataclasses.asdict`."""
+        """Return the outcome from plain values.
+
+        The values are the JSON form of :func:`dataclasses.asdict`.
+        """
         kinds: dict[str, Any] = {"status": Status, "reason": Reason, "procedure": Procedure, "path_end": PathEnd}
         kinds |= dict.fromkeys(("drift", "hung", "jammed"), tuple)
         return cls(**{n: kinds[n](v) if n in kinds and v is not None else v for n, v in values.items()})
@@ -190,18 +196,18 @@ class Outcome:
 
     @property
     def stands_in(self) -> bool:
-        """Whether another procedure found the load factor because the loading path did not finish."""
+        """Whether another procedure replaced an unfinished loading path."""
         return self.procedure is not None and self.path_end not in (None, PathEnd.CLOSED)
 
 
-#: A procedure: yields its iterations as they are solved, and returns how it ended.
+#: A procedure: yields its iterations when solved, and returns its outcome.
 Steps = Generator[Iteration, None, Outcome]
-#: A search for a collapse state: yields its iterations, and returns the state, or None, and the last solved iteration.
+#: A search for a collapse state: yields its iterations, and returns the state (or None) and the last solved iteration.
 Search = Generator[Iteration, None, tuple[Found | None, Iteration]]
 
 
 def given_up(problem: LimitProblem, reason: Reason, *, programs: int = 0) -> Outcome:
-    """Outcome without a load factor."""
+    """Return an outcome without a load factor."""
     ratio = _load_ratio(problem)
     return Outcome(
         Status.NOT_CONVERGED, np.nan, reason, programs=programs, load_ratio=ratio if ratio > APART else np.nan
@@ -209,7 +215,7 @@ def given_up(problem: LimitProblem, reason: Reason, *, programs: int = 0) -> Out
 
 
 def _load_ratio(problem: LimitProblem) -> float:
-    """Largest ratio of the loads of two blocks that touch."""
+    """Return the largest ratio of the loads of two touching blocks."""
     A = sp.csc_array(problem.A[: 6 * len(problem.wrench_unit), ::3])
     ratio = problem.wrench_unit[A.indices // 6] / np.repeat(problem.force_unit, np.diff(A.indptr))
     return float(ratio.max(initial=0.0))

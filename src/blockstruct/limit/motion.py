@@ -1,4 +1,4 @@
-"""Velocities of a problem as motions of the blocks of its model, and back."""
+"""Convert velocities of a problem to motions of blocks, and back."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,10 @@ Array = NDArray[np.float64]
 
 
 def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:
-    """Velocity of the centroid and angular velocity of all B blocks, (n, B, 6) in SI, of velocities u (n, rows)."""
+    """Return the motions (n, B, 6) of all blocks at velocities u (n, rows).
+
+    A motion is the velocity of the centroid and the angular velocity, in SI units.
+    """
     F = len(statics.free)
     motion = np.zeros((len(u), len(statics.model.blocks), 6))
     motion[:, statics.free] = u[:, : 6 * F].reshape(-1, F, 6) / unit_of_velocity(problem)
@@ -21,7 +24,10 @@ def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:
 
 
 def velocities_of(statics: Statics, problem: LimitProblem, motion: Array) -> Array:
-    """Velocities u (n, rows) of motions (n, B, 6) in SI: the inverse of :func:`block_motion`."""
+    """Return the velocities u (n, rows) of motions (n, B, 6) in SI units.
+
+    This is the inverse of :func:`block_motion`.
+    """
     u = (motion[:, statics.free] * unit_of_velocity(problem)).reshape(len(motion), 6 * len(statics.free))
     if problem.settlement is None:
         return u
@@ -31,5 +37,8 @@ def velocities_of(statics: Statics, problem: LimitProblem, motion: Array) -> Arr
 
 
 def unit_of_velocity(problem: LimitProblem) -> Array:
-    """Units (F, 6) of the wrenches of free blocks, N and N·m, which velocities are multiples of the inverse of."""
+    """Return the wrench units (F, 6) of free blocks, N and N·m.
+
+    The units of velocity are their inverses.
+    """
     return np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))

@@ -1,4 +1,4 @@
-"""The degree of freedom in which supports give way."""
+"""Model the degree of freedom in which supports settle."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -16,23 +16,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Settlement:
-    """Supports that move as one rigid body, and what their reaction is measured in.
+    """Supports that move as one rigid body, and the unit of their reaction.
 
-    The reaction R takes the place of the variable load: ``A`` has one more row, the work of the joints on the unit
-    motion ŵ of the supports, ``ŵᵀ B x + α w_L = 0``, so that ``R = −α`` times :attr:`reaction_unit`, and the largest α
-    is the least reaction. The velocity of that row is the one of the supports along ŵ.
+    The reaction R replaces the variable load. ``A`` has one more row: the work of the joints on the unit motion ŵ of
+    the supports, ``ŵᵀ B x + α w_L = 0``. R is ``−α`` times :attr:`reaction_unit`, so that the largest α gives the least
+    reaction. The velocity of this row is the velocity of the supports along ŵ.
 
     Attributes
     ----------
     supports : (S,) array
         Indices of the blocks.
     motion : (S, 6) array
-        Velocity (m/s) and angular velocity (rad/s) of each at unit speed: of a rotation, of one characteristic length
-        a second at one characteristic length from the axis.
+        Velocity, m/s, and angular velocity, rad/s, of each support at unit speed. Unit speed of a rotation is one
+        characteristic length per second at one characteristic length from the axis.
     row : (3 K,) array
-        Work of a unit of force at each contact point on that motion.
+        Work of a unit force at each contact point on this motion.
     tie_row : (M,) array
-        Work of a unit of force of each tie.
+        Work of a unit force in each tie on this motion.
     force : float
         Unit of the row, N: the mean dead wrench of the free blocks.
     reaction_unit : float
@@ -51,7 +51,9 @@ class Settlement:
 
     @classmethod
     def of(cls, statics: Statics, case: SettlementCase, wrench_unit: Array) -> Self:
-        """Of a case; forces are measured in the wrench units of the free blocks, (F,) in N.
+        """Return the settlement of a case.
+
+        ``wrench_unit`` (F,) are the units of the wrenches of the free blocks, N.
 
         Raises
         ------
@@ -88,17 +90,23 @@ class Settlement:
 
     @property
     def speed(self) -> float:
-        """Largest speed at a contact point of the supports, or at which they lengthen a tie, in unit motion, m/s."""
+        """Largest speed in unit motion, m/s.
+
+        It is the largest speed of a contact point of the supports, or of the lengthening of a tie.
+        """
         at_ties = np.abs(self.tie_row).max(initial=0.0)
         return float(np.linalg.norm(self.row.reshape(-1, 3), axis=1).max(initial=at_ties))
 
     def reaction(self, alpha: Array) -> Array:
-        """Reactions at load factors, N or N·m."""
+        """Return the reactions at load factors, N or N·m."""
         return np.asarray(-alpha * self.reaction_unit + 0.0)
 
 
 def reaction_unit(model: Model, case: SettlementCase) -> float:
-    """Sum of the dead wrenches of the free blocks, N; for a rotation times the characteristic length, N·m."""
+    """Return the sum of the dead wrenches of the free blocks, N.
+
+    For a rotation it is multiplied by the characteristic length, N·m.
+    """
     length = model.characteristic_length
     free = np.array([not b.fixed for b in model.blocks])
     dead = wrenches(model, case.dead, case.dead)[free] / np.repeat([1.0, length], 3)

@@ -1,4 +1,4 @@
-"""Ties of a limit problem: one-dimensional conditions on forces that pull two blocks together."""
+"""Define the ties of a limit problem and the limits of their forces."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Ties:
-    """Stretches of ties with one force ``T`` each, tension positive, non-dimensional.
+    """Stretches of ties with one force ``T`` each, non-dimensional.
 
-    ``T = T0 + T'`` with the prestress T0, which belongs to the loads, and ``0 ≤ T' ≤ T_y − T0``. In a bonded bar T'
-    changes from stretch to stretch by no more than the bond between them.
+    Tension is positive. ``T = T0 + T'`` with ``0 ≤ T' ≤ T_y − T0``. The prestress T0 belongs to the loads. In a bonded
+    bar the bond limits the change of T' from one stretch to the next.
 
     Attributes
     ----------
@@ -26,13 +26,13 @@ class Ties:
     capacity : (M,) array
         ``T_y − T0``.
     prestress_D, prestress_L : (M,) arrays
-        Prestress that acts with the dead load, and with a unit of the variable load.
+        Prestress that acts with the dead load, and prestress per unit of the variable load.
     bond_rows : (R, M) sparse array
-        Changes of the force along bonded bars.
+        Matrix from tie forces to force changes along bonded bars.
     bond : (R,) array
-        Largest change of each.
+        Largest magnitude of each force change.
     force_unit : (M,) array
-        Unit of the force of each, N.
+        Unit of force of each stretch, N.
     """
 
     columns: sp.csc_array
@@ -45,21 +45,21 @@ class Ties:
 
     @classmethod
     def of(cls, table: TieTable, columns: sp.csc_array, wrench_unit: Array, unit_of_block: Array) -> Self:
-        """Ties in units of force of the lighter of their two blocks.
+        """Return the ties in the unit of force of the lighter of two blocks.
 
         Parameters
         ----------
         table, columns
             The ties, and their wrenches on the free blocks.
         wrench_unit : (F,) array, N
-            Of the free blocks.
+            Units of the wrenches of the free blocks.
         unit_of_block : (B,) array, N
-            Of all blocks; infinite of supports.
+            Units of all blocks; infinite for supports.
         """
         if not len(table):
             return cls.none(columns.shape[0])
         unit = unit_of_block[table.ends].min(axis=1)
-        # Between two supports any unit does.
+        # Any unit is correct between two supports.
         unit = np.where(np.isfinite(unit), unit, wrench_unit.mean())
         rows, bond = table.bond_rows()
         of_row = unit[abs(rows).argmax(axis=1)] if len(bond) else np.zeros(0)
@@ -75,12 +75,15 @@ class Ties:
 
     @classmethod
     def none(cls, n_rows: int) -> Self:
-        """No ties, for so many rows of equilibrium."""
+        """Return an empty set of ties for ``n_rows`` equilibrium rows."""
         empty = np.zeros(0)
         return cls(sp.csc_array((n_rows, 0)), empty, empty, empty, sp.csr_array((0, 0)), empty, empty)
 
     def part(self, rows: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> Self:
-        """Those of the M stretches that are chosen, whole ties, with so many rows of equilibrium."""
+        """Return the chosen stretches (M,) and equilibrium rows (6 F,).
+
+        The chosen stretches must form whole ties.
+        """
         bonds = abs(self.bond_rows) @ chosen > 0
         return type(self)(
             columns=sp.csc_array(self.columns[rows][:, chosen]),
@@ -94,35 +97,40 @@ class Ties:
 
     @property
     def with_variable_load(self) -> Self:
-        """The same with a prestress that grows with the load factor."""
+        """The same ties with a prestress that grows with the load factor."""
         return replace(self, prestress_D=np.zeros_like(self.prestress_D), prestress_L=self.prestress_D)
 
     def at(self, alpha: float) -> Self:
-        """The same with the prestress at a load factor, whatever the load factor."""
+        """Return the same ties with the prestress fixed at a load factor."""
         return replace(self, prestress_D=self.prestress(alpha), prestress_L=np.zeros_like(self.prestress_L))
 
     def __len__(self) -> int:
         return len(self.capacity)
 
     def prestress(self, alpha: float) -> Array:
-        """Prestress at a load factor, (M,)."""
+        """Return the prestress (M,) at a load factor."""
         return self.prestress_D + (alpha * self.prestress_L if self.prestress_L.any() else 0.0)
 
     def elongation(self, u: Array) -> Array:
-        """Rates of elongation at velocities u, (M,)."""
+        """Return the rates of elongation (M,) at velocities u."""
         return np.asarray(-(self.columns.T @ u))
 
     def excess(self, beyond: Array, force: Array) -> Array:
-        """What forces ``T'`` miss of their conditions, relative to the forces T where these are larger than one."""
+        """Return the excess of forces ``T'`` over their limits.
+
+        The excess is negative inside. It is relative to the forces T if these are larger than one.
+        """
         size = np.maximum(force, 1.0)
         change = self.bond_rows @ beyond
         at_bond = np.maximum(abs(self.bond_rows) @ np.abs(force), 1.0)
         return np.concatenate([-beyond / size, (beyond - self.capacity) / size, (np.abs(change) - self.bond) / at_bond])
 
     def missed_work(self, beyond: Array, elongation: Array) -> Array:
-        """Work that ties could do at most on an elongation less what forces ``T'`` do, (M,) or (1,).
+        """Return the largest possible work of ties less the actual work.
 
-        For a tie it is ``(T_y − T0) max(ė, 0) − T' ė``; the largest work of a bonded bar is that of a linear program.
+        The actual work is the work of forces ``T'`` at rates of elongation ė. Without bonded bars the shape is (M,),
+        and each tie has ``(T_y − T0) max(ė, 0) − T' ė``. With bonded bars the shape is (1,), and a linear program gives
+        the largest work.
         """
         most = self.capacity * np.maximum(elongation, 0.0)
         done = beyond * elongation
@@ -131,7 +139,7 @@ class Ties:
         speed = float(np.abs(elongation).max())
         if not speed > 0:
             return np.asarray(most - done)
-        # Loaded here: it is slow to import.
+        # Import here because scipy.optimize is slow to import.
         from scipy.optimize import linprog
 
         found = linprog(

@@ -1,15 +1,15 @@
-"""Torsion of uniformly pressed interfaces: one more cone for each, and what slips in it.
+"""Limit the torsion of interfaces as under uniform pressure.
 
-Contact points at the corners of an interface resist torsion by up to 1.85 times what a uniformly pressed square does.
-With the shear forces ``V_s, V_t`` and the torque T about the centroid, the cone
-``‖(V_s, V_t, T / r̄)‖ ≤ Σ (c A_k + μ n_k)`` gives a joint under a central resultant exactly the torsion of uniform
-pressure: r̄ is the mean distance of its area from the centroid. Shear and torque together it lets be larger, by up to
-15.5 % in narrow joints (:mod:`blockstruct.statics.uniform_friction`). The whole area counts, also where a part of it
-opens: r̄ is then above the lever of the pressed part, and a shear force beside the centroid counts as torsion.
+Contact points at the corners of an interface resist up to 1.85 times the torsion of a uniformly pressed square. One
+more cone per interface corrects this: ``‖(V_s, V_t, T / r̄)‖ ≤ Σ (c A_k + μ n_k)``. ``V_s, V_t`` are the shear forces
+and T is the torque about the centroid. r̄ is the mean distance of the area from the centroid. Under a central resultant
+the cone gives exactly the torsion of uniform pressure. It overestimates shear and torque together by up to 15.5 % in
+narrow joints (:mod:`blockstruct.statics.uniform_friction`). The cone uses the whole area even if a part opens: r̄ is
+then larger than the lever of the pressed part, and an eccentric shear force counts as torsion.
 
-Sliding is that of the contact points and that of the cone together. The rate of the two is found from the velocities:
-of all ways to divide them the one that dissipates least. Where joints dilate, a certificate asks for more than that:
-:mod:`blockstruct.limit.division`.
+Sliding is the sum of the sliding of the contact points and the sliding of the cone. Both rates follow from the
+velocities: the division with the least dissipation is taken. Certificates of dilating joints need more than this least
+dissipation: see :mod:`blockstruct.limit.division`.
 """
 
 from dataclasses import dataclass
@@ -23,24 +23,24 @@ from blockstruct.statics import ContactPoints
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Steps of the division of velocities, and the rate that is none, relative to the largest of its interface.
+#: Number of steps that divide velocities; rate that counts as zero, relative to the largest rate of the interface.
 STEPS, NONE = 60, 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class UniformTorsion:
-    """The interfaces whose torsion is that of uniform pressure.
+    """Interfaces with the torsion of uniform pressure.
 
     Attributes
     ----------
     interface : (I,) array
-        Their indices.
+        Indices of the interfaces.
     point : (P,) array
         Indices of their contact points.
     owner : (P,) array
-        Which of the I interfaces each belongs to, ascending.
+        Number, among the I interfaces, of the interface of each point; ascending.
     place : (P, 2) array
-        Position of each along s and t from the centroid, in multiples of r̄.
+        Position of each point along s and t from the centroid, in multiples of r̄.
     """
 
     interface: Index
@@ -50,7 +50,7 @@ class UniformTorsion:
 
     @classmethod
     def of(cls, points: ContactPoints) -> Self:
-        """Of the contact points of a model."""
+        """Return the interfaces of uniform torsion among contact points."""
         point = np.flatnonzero(np.isfinite(points.torsion_lever)[points.interface])
         of_point = points.interface[point]
         arm = points.position[point] - points.centroid[of_point]
@@ -62,49 +62,56 @@ class UniformTorsion:
         return len(self.interface)
 
     def part(self, chosen: NDArray[np.bool_]) -> Self:
-        """Those of the I interfaces that are chosen, (I,)."""
+        """Return the chosen interfaces (I,)."""
         mine = chosen[self.owner]
         owner = (np.cumsum(chosen) - 1)[self.owner[mine]]
         return type(self)(self.interface[chosen], self.point[mine], owner, self.place[mine])
 
     def summed(self, values: Array) -> Array:
-        """Sum over each interface, (I,), of values at its own points, (P,)."""
+        """Return the sum (I,) over each interface of values (P,) at its points."""
         return np.asarray(np.bincount(self.owner, values, len(self)), dtype=float)
 
     def total(self, values: Array) -> Array:
-        """Sum over each interface, (I,), of values at all K contact points."""
+        """Return the sum (I,) over each interface of values (K,)."""
         return self.summed(values[self.point])
 
     def shear(self, x: Array) -> Array:
-        """``(V_s, V_t, T / r̄)`` of contact forces x (K, 3), (I, 3)."""
+        """Return ``(V_s, V_t, T / r̄)`` (I, 3) of contact forces x (K, 3)."""
         s, t = x[self.point, 1:].T
         parts = (s, t, self.place[:, 0] * t - self.place[:, 1] * s)
         return np.column_stack([self.summed(part) for part in parts])
 
     def excess(self, x: Array, resistance: Array) -> Array:
-        """Force by which each interface misses its cone, (I,), for the sliding resistances (K,) of its points."""
+        """Return the force (I,) by which each interface exceeds its cone.
+
+        ``resistance`` (K,) are the sliding resistances of all contact points.
+        """
         return np.asarray(np.linalg.norm(self.shear(x), axis=1) - self.total(resistance))
 
     def by_joint(self, values: Array) -> Array:
-        """Values at contact points, those of each of these interfaces in one sum."""
+        """Return values at contact points, summed in each of these interfaces.
+
+        The values at all other points come first, followed by the sums (I,).
+        """
         return np.concatenate([np.delete(values, self.point), self.total(values)])
 
     def slip(self, v: Array, resistance: Array) -> Array:
-        """Rate at which each of all contact points slides, by itself and with the cone of its interface, (K,).
+        """Return the sliding rate of each contact point, (K,).
 
-        At relative velocities ``v_t,k = J_k w`` of a rigid motion w = (w_s, w_t, r̄ ω) of the cone alone, and of the
-        point alone elsewhere, it is ``‖v_t,k − J_k w‖ + ‖w‖`` for the w with the least ``Σ R_k ‖v_t,k − J_k w‖ +
-        Σ R_k ‖w‖``: the largest work that forces inside both conditions may do.
+        In these interfaces the rate is ``‖v_t,k − J_k w‖ + ‖w‖``. The rigid motion w = (w_s, w_t, r̄ ω) is the sliding
+        of the cone, with the velocities ``J_k w`` at the points. The rest is the sliding of the points. w minimises
+        ``Σ R_k ‖v_t,k − J_k w‖ + Σ R_k ‖w‖``. This minimum is the largest work of forces that satisfy both conditions.
+        Elsewhere the rate is ``‖v_t‖``.
 
         Parameters
         ----------
         v : (K, 3) array
             Relative velocities.
         resistance : (K,) array
-            ``R_k = c A_k + μ n_k``, zero or more but for rounding.
+            ``R_k = c A_k + μ n_k``, not negative apart from rounding.
         """
         found = np.asarray(np.linalg.norm(v[:, 1:], axis=1))
-        # Where the solver found nothing there is nothing to divide.
+        # There is nothing to divide if the solver found no solution.
         if not len(self) or not np.isfinite(found).all():
             return found
         along, R = v[self.point, 1:], np.maximum(resistance[self.point], 0.0)
@@ -112,7 +119,7 @@ class UniformTorsion:
         np.maximum.at(fastest, self.owner, found[self.point])
         fastest = np.where(fastest > 0, fastest, 1.0)
         along = along / fastest[self.owner, None]
-        # Where nothing resists, any division is as good; the shortest motion is taken.
+        # Without resistance any division is equally good: take the shortest motion.
         R = R + 1e-9 * np.maximum(self.summed(R), 1e-3)[self.owner]
         whole = self.summed(R)
 
@@ -133,7 +140,7 @@ class UniformTorsion:
             better = now < least
             best[better], least[better] = w[better], now[better]
             if step == 0:
-                # From all of the motion, as from none of it, steps of least squares would not come away.
+                # Reweighted least squares cannot leave a start in which w takes all or none of the motion.
                 w = w / 2
             of_points, of_cone = rates(w)
             w = self._fitted(along, R / np.maximum(of_points, NONE), whole / np.maximum(of_cone, NONE))
@@ -142,7 +149,10 @@ class UniformTorsion:
         return found
 
     def _fitted(self, along: Array, weight: Array, of_cone: Array) -> Array:
-        """Motion w (I, 3) with the least ``Σ weight ‖v_t − J w‖² + of_cone ‖w‖²``."""
+        """Return the motion w (I, 3) of a weighted least-squares fit.
+
+        It minimises ``Σ weight ‖v_t − J w‖² + of_cone ‖w‖²``.
+        """
         (x, y), (a, b) = self.place.T, along.T
 
         one, sx, sy, inertia = (self.summed(weight * part) for part in (np.ones_like(x), x, y, x**2 + y**2))
