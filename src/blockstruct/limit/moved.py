@@ -1,4 +1,4 @@
-"""The limit problem of a structure whose blocks have moved."""
+"""Set up the limit problem of a structure whose blocks have moved."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -23,28 +23,28 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class MovedProblem:
-    """A limit problem at a placement.
+    """A limit problem at a placement of the blocks.
 
     Attributes
     ----------
     problem : LimitProblem
-        With the units of the case at rest, and wrenches and velocities in the axes of each block.
+        Limit problem with the units of the case at rest. Wrenches and velocities are in the axes of each block.
     contacts : MovedContacts
     reach : float
         Largest gap of contact points, m.
     placement : Placement
     slack : (M,) array, m
-        Elongation before which the ties that hold do not pull; negative of those that are longer than they may be.
+        Elongation at which each unbroken tie begins to pull; negative if the tie is longer than allowed.
     longest : (N,) array, m
-        Length that each tie of the model has reached on the way there.
+        Largest length of each tie of the model so far.
     tight : (N,) array, m
-        Length from which on each of them pulls.
+        Length at which each tie of the model begins to pull.
     elongation : (N,) array, m
-        Of each tie there, beyond its length in the model; negative where its ends have come closer.
+        Elongation of each tie from its length in the model; negative if its ends have come closer.
     holds : (N,) array
-        Whether each tie has not broken.
+        Whether each tie is unbroken.
     free : (F,) array
-        The blocks that are free.
+        Indices of the free blocks.
     """
 
     problem: LimitProblem
@@ -64,32 +64,50 @@ class MovedProblem:
         return max(0.0, -float(self.contacts.gap.min(initial=0.0)))
 
     def gap(self, work: float) -> Array:
-        """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""
+        """Return the gaps (K,) in units of relative velocity.
+
+        ``work`` is the work of the unit variable load in the step, J.
+        """
         return np.asarray(self.contacts.gap * self.problem.force_unit / work)
 
     def slack_in(self, work: float) -> Array:
-        """Slack (M,) of ties, in the units of :meth:`gap`."""
+        """Return the slack (M,) of ties in units of their rate of elongation.
+
+        ``work`` is the same as in :meth:`gap`.
+        """
         return np.asarray(self.slack * self.problem.ties.force_unit / work)
 
     def tie_force(self, T: Array) -> Array:
-        """Forces (N,) of all ties of the model, N, of those (M,) of the problem."""
+        """Return the forces (N,) of all ties of the model, N.
+
+        ``T`` (M,) are the forces of the unbroken ties of the problem. Broken ties have zero.
+        """
         found = np.zeros(len(self.holds))
         found[self.holds] = T * self.problem.ties.force_unit
         return found
 
     def velocities(self, twist: Array) -> Array:
-        """Velocities (6 F,) of the problem of twists (B, 6) of the blocks, SI."""
+        """Return the velocities (6 F,) of the problem for twists (B, 6).
+
+        Twists of the blocks are in SI units, in global axes.
+        """
         own = rotated(twist, self.placement.rotation.transpose(0, 2, 1))
         return np.asarray((own[self.free] * unit_of_velocity(self.problem)).ravel())
 
     def twist(self, u: Array) -> Array:
-        """Twists (B, 6) of the blocks, m/s and rad/s at 1 W, of velocities u (6 F,): the inverse of the above."""
+        """Return the twists (B, 6) of the blocks for velocities u (6 F,).
+
+        They are in m/s and rad/s at 1 W. This is the inverse of :meth:`velocities`.
+        """
         own = np.zeros((len(self.placement.position), 6))
         own[self.free] = u.reshape(-1, 6) / unit_of_velocity(self.problem)
         return rotated(own, self.placement.rotation)
 
     def relative(self, twist: Array) -> Array:
-        """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
+        """Return the relative velocities (K, 3) of twists (B, 6) of the blocks.
+
+        Both are in SI units. The velocities are in the frames of the contact points.
+        """
         points, centre = self.contacts.points, self.placement.position
         plus, minus = (
             twist[block, :3] + np.cross(twist[block, 3:], points.position - centre[block])
@@ -105,11 +123,13 @@ class ControlPoint:
     Attributes
     ----------
     block : int
+        Index of the block.
     start : (3,) array, m
-        The point, where the model has it.
+        Position of the point in the model.
     arm : (3,) array, m
-        To it from the centroid.
+        Vector from the centroid of the block to the point.
     direction : (3,) array
+        Direction of the displacement.
     """
 
     block: int
@@ -119,7 +139,7 @@ class ControlPoint:
 
     @classmethod
     def of(cls, model: Model, case: Pushover) -> Self:
-        """Control point of a case."""
+        """Return the control point of a case."""
         name, direction = case.control
         block = [b.name for b in model.blocks].index(name)
         centroid = model.blocks[block].centroid
@@ -127,27 +147,27 @@ class ControlPoint:
         return cls(block, start, start - centroid, np.array(direction))
 
     def displacement(self, placement: Placement) -> float:
-        """Displacement along the direction, m."""
+        """Return the displacement along the direction, m."""
         now = placement.position[self.block] + placement.rotation[self.block] @ self.arm
         return float((now - self.start) @ self.direction)
 
     def velocity(self, placement: Placement, twist: Array) -> float:
-        """Velocity along the direction, of twists (B, 6)."""
+        """Return the velocity along the direction for twists (B, 6)."""
         arm = placement.rotation[self.block] @ self.arm
         return float((twist[self.block, :3] + np.cross(twist[self.block, 3:], arm)) @ self.direction)
 
 
-#: Share of its yield force that a tie that yields may miss.
+#: Relative difference from the yield force up to which a tie counts as yielding.
 YIELDS = 1e-3
-#: Share of the elongation limit of a tie within which it is reached; what is left of a way to it, and how much further
-#: one behind it leads, as shares of the way.
+#: Relative distance to the elongation limit up to which a tie has reached it. Parts of a step by which the step ends
+#: before this limit, and by which it continues past a limit already reached.
 AT_LIMIT, SHORT_OF, BEYOND = 1e-4, 1e-5, 1 / 4096
 
 
 class MovingProblem:
-    """The limit problems of a case, wherever its blocks are.
+    """The limit problems of a case at any placement of its blocks.
 
-    Forces at contact points are measured in the ``unit`` (B,) of the lighter block, N; that of supports is infinite.
+    The unit of force at a contact point is the ``unit`` (B,) of the lighter block, N. Supports have an infinite unit.
 
     Parameters
     ----------
@@ -157,9 +177,9 @@ class MovingProblem:
     Raises
     ------
     UnknownNameError, ModelError
-        As of :func:`check_pushover`.
+        As in :func:`check_pushover`.
     GeometryError
-        As of :class:`MovingStructure`.
+        As in :class:`MovingStructure`.
     """
 
     def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
@@ -173,28 +193,32 @@ class MovingProblem:
 
     @property
     def sharp(self) -> Self:
-        """The same with sharp corners, as the model has them."""
+        """The same problem with the sharp corners of the model."""
         case = attrs.evolve(self._case, corner_rounding=0.0)
         return self if case == self._case else type(self)(self.statics, self.at_rest, case)
 
     def lengths(self, placement: Placement) -> Array:
-        """Lengths (N,) of the ties of the model, m."""
+        """Return the lengths (N,) of the ties of the model, m."""
         return self.structure.ties(placement).span
 
     def broken(self, longest: Array) -> NDArray[np.bool_]:
-        """Which ties break on a way on which they reach lengths (N,), m."""
+        """Return whether ties (N,) are broken after their largest lengths, m."""
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)
 
     def breaks(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Whether ties (N,) break on a way on which they reach lengths (N,) from others."""
+        """Return whether ties (N,) break in a step.
+
+        ``before`` (N,) are their largest lengths before the step, and ``after`` (N,) their lengths at its end, m.
+        """
         reserve = self._reserve(before)
         return np.asarray((reserve >= 0) & (after - before > reserve))
 
     def until_broken(self, before: Array, after: Array) -> float:
-        """Share of a way, on which ties reach lengths (N,) from others, that ends where one breaks; or one.
+        """Return the part of a step until a tie breaks; one if no tie breaks.
 
-        It ends just before the first that does and, of one that is within a share of its limit, just behind.
+        Lengths (N,) are the same as in :meth:`breaks`. The part ends just before the first tie breaks. If this tie is
+        already at its limit, the part ends just after it breaks.
         """
         breaks = self.breaks(before, after)
         share = self._reserve(before)[breaks] / (after - before)[breaks]
@@ -202,31 +226,34 @@ class MovingProblem:
         return float(np.where(reached, share + BEYOND, (1 - SHORT_OF) * share).min(initial=1.0))
 
     def at_limit(self, longest: Array) -> NDArray[np.bool_]:
-        """Whether ties (N,) are within a share of the length at which they break."""
+        """Return whether unbroken ties (N,) are at their elongation limit.
+
+        ``longest`` (N,) are their largest lengths, m.
+        """
         limit, reserve = self.statics.ties.elongation_limit, self._reserve(longest)
         return np.asarray((reserve >= 0) & (reserve <= AT_LIMIT * limit) & np.isfinite(limit))
 
     def _reserve(self, longest: Array) -> Array:
-        """How much longer ties (N,) may become than they have been, m."""
+        """Return the further elongation (N,) at which ties break, m."""
         return self.statics.ties.span + self.statics.ties.elongation_limit - longest
 
     def yielding(self, force: Array) -> NDArray[np.bool_]:
-        """Which ties of the model yield, by their forces (N,), N."""
+        """Return whether ties of the model yield at forces (N,), N."""
         return np.asarray(force >= (1 - YIELDS) * self.statics.ties.capacity)
 
     def at(self, placement: Placement, reach: float, longest: Array, tight: Array | None = None) -> MovedProblem:
-        """Limit problem at a placement.
+        """Return the limit problem at a placement.
 
         Parameters
         ----------
         placement
-            Of the blocks.
+            Placement of the blocks.
         reach
             Largest gap of contact points, m.
         longest : (N,) array, m
-            Length that each tie has had on the way there, by which it breaks.
+            Largest length of each tie so far. It decides whether the tie is broken.
         tight : (N,) array, m
-            Length from which on each pulls; if not given, the longest it has had.
+            Length at which each tie begins to pull; its largest length so far by default.
         """
         statics, problem = self.statics, self.at_rest
         contacts = self.structure.contacts(placement, reach)
@@ -274,14 +301,14 @@ _CRUSHES = (
 _LIFTS = (
     "by which sliding lifts blocks, and nothing says how far: give a joint material without it, which lowers the curve"
 )
-#: Properties of joints that a pushover refuses: what they are without them, their unit, and why and what to do instead.
+#: Joint properties that a pushover refuses: neutral value, unit, and reason with the remedy.
 _UNKNOWN_PROPERTIES = {
     "cohesion": (0.0, "Pa", _PARTS),
     "tensile_strength": (0.0, "Pa", _PARTS),
     "compressive_strength": (np.inf, "Pa", _CRUSHES),
     "dilatancy_angle": (0.0, "rad", _LIFTS),
 }
-#: Ties that a pushover refuses, likewise.
+#: Ties that a pushover refuses: reason with the remedy.
 _UNKNOWN_TIES = {
     "Tie": (
         "which changes as its ends move, in a way that this method does not know: leave it out, the tie yields at the "
@@ -299,15 +326,16 @@ _UNKNOWN_TIES = {
 
 
 def check_pushover(model: Model, case: Pushover) -> None:
-    """Refuse what finite displacements do not know.
+    """Refuse models and cases that finite displacements do not support.
 
     Raises
     ------
     UnknownNameError
         If the control point is on a block that the model does not have.
     ModelError
-        If it is on a support or outside its block, if a joint has cohesion, tensile strength, a finite compressive
-        strength, dilatancy or infinite friction, or if a tie is prestressed, bonded or a strip.
+        If the control point is on a support or outside its block. If a joint has cohesion, tensile strength, a finite
+        compressive strength, dilatancy, infinite friction or a torsion other than at corners. If a tie is prestressed,
+        bonded or a strip.
     """
     blocks = {b.name: b for b in model.blocks}
     name = case.control[0]

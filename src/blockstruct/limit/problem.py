@@ -1,4 +1,4 @@
-"""One limit case of a model, non-dimensional."""
+"""Set up one limit case of a model in non-dimensional form."""
 
 from dataclasses import dataclass, field, replace
 from typing import Self
@@ -22,30 +22,30 @@ Array = NDArray[np.float64]
 class LimitProblem:
     """Equilibrium, loads and strength of one case, non-dimensional.
 
-    Lengths are in multiples of one characteristic length. Forces have local units, so that a pebble is solved and
-    certified as exactly as a boulder beside it: the wrench of a block is in multiples of its own dead wrench, a
-    contact force in multiples of that of the lighter of its two blocks.
+    The unit of length is one characteristic length. Forces have local units, so that light blocks are solved and
+    certified as accurately as heavy neighbours. The wrench of a block is in multiples of its dead wrench. A contact
+    force is in multiples of the dead wrench of the lighter of its two blocks.
 
     Attributes
     ----------
     A : (6 F, 3 K) sparse array
-        Of a settlement with one more row, the last: :class:`Settlement`.
+        Equilibrium matrix. A settlement adds one last row: :class:`Settlement`.
     w_D, w_L : (6 F,) arrays
-        Dead and variable wrenches of the free blocks; of a settlement the variable one is the reaction alone.
+        Dead and variable wrenches of the free blocks. The variable load of a settlement is the reaction alone.
     friction, cohesion, tension : (K,) arrays
         Friction coefficient μ, cohesion ``c A_k`` and tensile strength ``f_t A_k``. Joints that never slide have
-        infinite cohesion, and neither friction nor dilatancy.
+        infinite cohesion, zero friction and zero dilatancy.
     dilatancy : (K,) array
-        tan ψ that the case flows with: the friction coefficient if associative, the joint's own otherwise.
+        tan ψ of the flow rule: the friction coefficient in associative flow, otherwise the value of the joint.
     compression : (K,) array
         Compressive strength ``f_c A_k`` of a cell; infinite at corners.
     compliance : (K, 2) array
-        Normal and shear compliance of the joint at each contact point, for the loading path; shear is NaN where no
-        stiffness was given. Where no joint has one, all are equally stiff per area.
+        Normal and shear compliance at each contact point, for the loading path. The shear compliance is NaN if the
+        joint has no shear stiffness. If no joint has a stiffness, all are equally stiff per area.
     rectangles : (R, 4) array
-        Corners, in turn, of the interfaces that crush as rectangles.
+        Corners, in order around the outline, of the interfaces that crush as rectangles.
     capacity : (R,) array
-        Normal force between their pure tension and their pure compression, ``(f_c + f_t) A``.
+        Normal force of each rectangle from pure tension to pure compression, ``(f_c + f_t) A``.
     length : float
         Unit of length, m.
     wrench_unit : (F,) array
@@ -53,20 +53,21 @@ class LimitProblem:
     force_unit : (K,) array
         Unit of the force at each contact point, N.
     displacement_unit : float
-        Unit of displacements along the loading path, m: of the variable load, the mean of its points in its direction,
-        with couples at the unit of length; of the supports of a settlement, if they turn at the unit of length from the
-        axis. NaN where no joint has a stiffness.
+        Unit of displacements along the loading path, m; NaN if no joint has a stiffness. A limit case uses the mean
+        displacement of the loaded points along the variable load, with couples at the unit of length. A settlement
+        uses the displacement of its supports, at the unit of length from the axis of a rotation.
     ties : Ties
-        Their prestress is part of the dead wrenches.
+        Ties; their prestress is part of the dead wrenches.
     torsion : UniformTorsion
-        The interfaces whose torsion is that of uniform pressure.
+        Interfaces with the torsion of uniform pressure.
     settlement : Settlement or None
-        The supports that give way, if the case is a settlement.
+        Supports that settle, if the case is a settlement.
     load_unit : float
-        Unit of the variable load: ``w_L`` is that of the case divided by it.
+        Unit of the variable load: ``w_L`` is the variable load of the case divided by this unit.
     free_shear : array
-        Columns of A of the shear forces that nothing limits, three of each joint that never slides: they resist every
-        motion of the joint in its plane. The others there are redundant, and without limits a solver fails on them.
+        Columns of A of the unlimited shear forces, three for each joint that never slides. These three resist every
+        in-plane motion of the joint. The other shear forces of such a joint are redundant. They stay limited because a
+        solver fails on redundant forces without limits.
     """
 
     A: sp.csc_array
@@ -92,15 +93,15 @@ class LimitProblem:
 
     @classmethod
     def of(cls, statics: Statics, case: Case) -> Self:
-        """Limit problem of a case.
+        """Return the limit problem of a case.
 
         Raises
         ------
         ModelError
-            If the variable load, or the dead load of a settlement, is zero on every free block; a tie is prestressed
-            without dead load; supports of a settlement are free blocks, or carry nothing.
+            If the variable load, or the dead load of a settlement, is zero on every free block. If a tie is prestressed
+            without dead load. If supports of a settlement are free blocks or carry nothing.
         UnknownNameError
-            If a load acts on a block, or a settlement is one of a support, that the model does not have.
+            If a load acts on a block, or a settlement moves a support, that the model does not have.
         """
         settles = isinstance(case, SettlementCase)
         scale = np.repeat([1.0, statics.length], 3)
@@ -121,7 +122,7 @@ class LimitProblem:
             raise ModelError(msg)
         variable = np.zeros_like(dead) if settles else driving
         governing = np.linalg.norm(dead if dead.any() else variable, axis=1)
-        # Blocks without load of their own count as average ones.
+        # A block without load gets the mean unit.
         wrench_unit = np.where(governing > 0, governing, governing[governing > 0].mean())
 
         points = statics.points
@@ -164,7 +165,10 @@ class LimitProblem:
         return problem
 
     def releasing(self, settlement: Settlement) -> Self:
-        """The same joints and dead load, with supports that give way and their reaction as the variable load."""
+        """Return the same problem with a settlement.
+
+        The joints and the dead load stay the same. The reaction of the supports becomes the variable load.
+        """
         row = sp.csc_array((settlement.row * np.repeat(self.force_unit, 3) / settlement.force)[None])
         of_ties = settlement.tie_row * self.ties.force_unit / settlement.force
         reaction, force = np.zeros(self.A.shape[0] + 1), settlement.reaction_unit
@@ -182,10 +186,11 @@ class LimitProblem:
 
     @property
     def at_unit_load(self) -> Self:
-        """The same problem with a variable load as large as the dead load of the blocks that it acts on.
+        """The same problem with the variable load scaled to the dead load.
 
-        A multiple of the variable load gives the same problem, so that the procedure does not depend on its unit. The
-        reaction of a settlement has a unit of its own.
+        Its size is then the dead load of the loaded blocks. A multiple of the variable load gives the same problem, so
+        that the procedure does not depend on the unit of the load. A settlement is unchanged: its reaction already has
+        a unit.
         """
         if self.settlement is not None:
             return self
@@ -200,12 +205,15 @@ class LimitProblem:
 
     @property
     def without_crushing(self) -> Self:
-        """The same problem with rectangles that do not crush."""
+        """The same problem without crushing of rectangles."""
         return replace(self, rectangles=self.rectangles[:0], capacity=self.capacity[:0])
 
     @property
     def held(self) -> Self:
-        """The same problem with its supports held: without the row of a settlement, and without variable load."""
+        """The same problem with fixed supports.
+
+        A settlement loses its row and its variable load. Other problems are unchanged.
+        """
         if self.settlement is None:
             return self
         ties = replace(self.ties, columns=self.ties.columns[:-1])
@@ -213,8 +221,11 @@ class LimitProblem:
 
     @property
     def groups(self) -> NDArray[np.int64]:
-        """Which group each free block belongs to, (F,): groups touch each other nowhere, and share supports alone."""
-        # Loaded here: it is slow to import.
+        """Group number of each free block, (F,).
+
+        Blocks of different groups have no common joint or tie. Groups share only supports.
+        """
+        # Import here because csgraph is slow to import.
         from scipy.sparse.csgraph import connected_components
 
         touches = self._touches
@@ -222,7 +233,7 @@ class LimitProblem:
 
     @property
     def _touches(self) -> sp.csr_array:
-        """Which free blocks each contact point and each tie acts on, (F, K + M)."""
+        """Free blocks that each contact point and each tie acts on, (F, K + M)."""
         wrenches = sp.coo_array(sp.hstack([self.A, self.ties.columns]))
         row, column = wrenches.coords
         K = self.n_points
@@ -231,11 +242,14 @@ class LimitProblem:
         return sp.csr_array((np.ones(len(row)), (row // 6, of)), shape=shape)
 
     def points_of(self, blocks: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether each contact point, (K,), acts on some of the free blocks, (F,)."""
+        """Return whether each contact point (K,) acts on chosen blocks (F,)."""
         return np.asarray(self._touches[blocks].sum(axis=0))[: self.n_points] > 0
 
     def part(self, blocks: NDArray[np.bool_]) -> Self:
-        """The problem of whole groups of free blocks, (F,), of one whose supports are held."""
+        """Return the problem of chosen free blocks (F,).
+
+        The chosen blocks must form whole groups, and the supports must be fixed.
+        """
         acts = np.asarray(self._touches[blocks].sum(axis=0)) > 0
         points, ties, rows = acts[: self.n_points], acts[self.n_points :], np.repeat(blocks, 6)
         number = np.cumsum(points) - 1
@@ -266,7 +280,7 @@ class LimitProblem:
         )
 
     def released(self, u: Array) -> Array:
-        """Velocities of the held problem with those of supports at rest."""
+        """Return velocities of the held problem with supports at rest."""
         return u if self.settlement is None else np.append(u, 0.0)
 
     @property
@@ -281,53 +295,64 @@ class LimitProblem:
 
     @property
     def never_slides(self) -> NDArray[np.bool_]:
-        """Whether the joint carries any shear force, at each contact point, (K,)."""
+        """Whether the joint at each contact point never slides, (K,)."""
         return np.isinf(self.cohesion)
 
     @property
     def crushes(self) -> NDArray[np.bool_]:
-        """Whether the joint crushes, at each contact point, (K,)."""
+        """Whether the joint at each contact point crushes, (K,)."""
         mask = np.isfinite(self.compression)
         mask[self.rectangles] = True
         return mask
 
     def beyond_tension(self, n: Array) -> Array:
-        """``n_k + f_t A_k`` at the corners of rectangles, (R, 4), of normal forces (K,)."""
+        """Return ``n_k + f_t A_k`` (R, 4) at the corners of rectangles.
+
+        ``n`` (K,) are the normal forces.
+        """
         return np.asarray((n + self.tension)[self.rectangles])
 
     @property
     def is_plain(self) -> bool:
-        """Whether joints have friction and nothing else: no strength, no crushing, no torsion, and no ties."""
+        """Whether joints have only friction, and there are no ties.
+
+        Such joints have no cohesion, no tensile strength, no crushing and no torsion of uniform pressure.
+        """
         more = self.cohesion.any() or self.tension.any() or self.crushes.any()
         return not (more or len(self.torsion) or len(self.ties))
 
     @property
     def dead_load_alone(self) -> Self:
-        """The same joints and ties under a share ρ of the dead load alone: ``A x + ρ w_D = 0``, ``w_D·u = 1``.
+        """The same joints and ties under a share ρ of the dead load alone.
 
-        Supports that give way are held.
+        ``A x + ρ w_D = 0`` and ``w_D·u = 1``. Settling supports are fixed.
         """
         own = self.held
         return replace(own, w_D=np.zeros_like(own.w_D), w_L=own.w_D, ties=own.ties.with_variable_load)
 
     def unbalanced(self, x: Array, T: Array, alpha: float) -> Array:
-        """``A x + Σ a_j T_j + w_D + α w_L`` of contact forces (K, 3) and tie forces (M,)."""
+        """Return the residual ``A x + Σ a_j T_j + w_D + α w_L``.
+
+        ``x`` (K, 3) are the contact forces, ``T`` (M,) the tie forces.
+        """
         beyond = T - self.ties.prestress(alpha)
         return np.asarray(self.A @ x.ravel() + self.ties.columns @ beyond + self.w_D + alpha * self.w_L)
 
     def slip(self, v: Array, n: Array) -> Array:
-        """Rate at which each contact point slides, (K,), at relative velocities (K, 3) and normal forces (K,).
+        """Return the sliding rate of each contact point, (K,).
 
-        It is ``‖v_t‖`` but in the interfaces of :attr:`torsion`.
+        ``v`` (K, 3) are relative velocities, ``n`` (K,) normal forces. The rate is ``‖v_t‖`` except in the interfaces
+        of :attr:`torsion`.
         """
         return self.torsion.slip(v, self.cohesion + self.friction * n)
 
     def work_scale(self, u: Array) -> float:
-        """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.
+        """Return the scale of the work of the dead load, ``Σ |w_D| |u|``.
 
-        Without dead load it is that of the variable load. Where supports give way it is at least that of the heaviest
-        block that touches them, or hangs on them by a tie, moved along: if no block follows, the dead load does no
-        work, and the reaction is none.
+        The unit is the unit of the load factor. Without dead load the variable load is used. With a settlement the
+        scale is at least the work of the heaviest attached block as it moves with the supports. A block is attached by
+        contact or by a tie. This lower limit is needed if no block follows the supports: the dead load then does no
+        work, and the reaction is zero.
         """
         w = self.w_D if self.w_D.any() else self.w_L
         of_blocks = float(_magnitudes(w) @ _magnitudes(u))
@@ -339,33 +364,33 @@ class LimitProblem:
         return max(of_blocks, touching * abs(float(u[-1])))
 
     def speed(self, v: Array, u: Array) -> float:
-        """Largest velocity that tells whether something moves: of the joints, or of supports that give way."""
+        """Return the largest velocity of the joints or settling supports."""
         of_joints = float((np.linalg.norm(v, axis=1) / self.force_unit).max())
         if self.settlement is None:
             return of_joints
         return float(np.maximum(of_joints, abs(u[-1]) / self.settlement.force * self.settlement.speed))
 
     def fastest(self, u: Array) -> float:
-        """Largest velocity of the centroid of a block, in the unit of :meth:`speed`."""
+        """Return the largest velocity of a centroid, unit as in :meth:`speed`."""
         return float((np.linalg.norm(u.reshape(-1, 6)[:, :3], axis=1) / self.wrench_unit).max())
 
     @property
     def answer(self) -> str:
-        """What the case asks for, in words."""
+        """Name of the result of the case: load factor or reaction."""
         return "load factor" if self.settlement is None else "reaction"
 
     def said(self, alpha: float) -> str:
-        """A load factor in words; of a settlement, the reaction."""
+        """Return a load factor as text; for a settlement, the reaction."""
         if self.settlement is None:
             return f"load factor {alpha:.6g}"
         return f"reaction {self.settlement.reaction(np.array(alpha)):.6g} {'N·m' if self.settlement.rotates else 'N'}"
 
 
 def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]:
-    """Compliances (K, 2) of median one, and the work that is their unit, J."""
+    """Return compliances (K, 2) with median one, and their unit of work, J."""
     normal, shear = points.normal_stiffness, points.shear_stiffness
     given = np.isfinite(normal)
-    # Beside joints that give way, those without a stiffness are as stiff as the stiffest.
+    # If some joints have a stiffness, the others are as stiff as the stiffest.
     normal = np.where(given, normal, normal[given].max(initial=1.0 if not given.any() else 0.0))
     soft = np.column_stack([1 / normal, np.where(given & np.isfinite(shear), 1 / shear, np.nan)])
     compliance = soft * (force_unit**2 / points.tributary_area)[:, None]
@@ -374,7 +399,11 @@ def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]
 
 
 def _free_shear(points: ContactPoints) -> NDArray[np.int64]:
-    """Columns of both shear forces at one point of each joint that never slides, and one across the way to another."""
+    """Return the columns of unlimited shear forces.
+
+    Each joint that never slides has three: both shear forces at its first point, and one at the farthest point, along
+    the axis more nearly perpendicular to the line between the two points.
+    """
     free = []
     for joint in np.unique(points.interface[np.isinf(points.friction)]):
         own = np.flatnonzero(points.interface == joint)
@@ -386,11 +415,14 @@ def _free_shear(points: ContactPoints) -> NDArray[np.int64]:
 
 
 def total(w: Array) -> float:
-    """Sum of the magnitudes of the wrenches of all blocks."""
+    """Return the sum of the magnitudes of the wrenches of all blocks."""
     return float(_magnitudes(w).sum())
 
 
 def _magnitudes(w: Array) -> Array:
-    """Of six rows a block, and of the one of a settlement after them."""
+    """Return the magnitudes of wrenches, with six rows per block.
+
+    The row of a settlement, if any, comes last.
+    """
     of_blocks = len(w) // 6 * 6
     return np.concatenate([np.linalg.norm(w[:of_blocks].reshape(-1, 6), axis=1), np.abs(w[of_blocks:])])

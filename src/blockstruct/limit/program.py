@@ -1,4 +1,4 @@
-"""The conic program of a limit problem, and what a solver gives and takes."""
+"""Assemble the conic program of a limit problem for a solver."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -20,7 +20,10 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class ProgramData:
-    """The numbers of one program of a fixed pattern: values of G, right-hand side h, objective q."""
+    """Numbers of one program: values of G, right-hand side h, objective q.
+
+    The sparsity pattern of G is fixed.
+    """
 
     G: Array
     h: Array
@@ -29,7 +32,10 @@ class ProgramData:
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """Maximise ``weight α − shift·n − price·T'`` instead of α; ``shift`` is (K,), ``price`` (M,) or 0."""
+    """Objective ``weight α − shift·n − price·T'`` to maximise instead of α.
+
+    ``shift`` is (K,), and ``price`` is (M,) or 0.
+    """
 
     shift: Array
     weight: float = 1.0
@@ -38,15 +44,15 @@ class Objective:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """What a solver says of one program.
+    """Result of a solver for one program.
 
     Attributes
     ----------
     status : SolverStatus
     y, z : arrays
-        Variables, and multipliers of the rows.
+        Variables y, and multipliers z of the rows.
     iterations, time
-        Interior-point iterations and seconds.
+        Number of interior-point iterations, and time in s.
     """
 
     status: SolverStatus
@@ -57,31 +63,44 @@ class Solution:
 
 
 class Solver(Protocol):
-    """Solves programs of one pattern after another."""
+    """Solves a sequence of programs with the same sparsity pattern."""
 
     def solve(self, program: "ConicProgram", data: ProgramData, tolerance: float) -> Solution:
-        """Minimise ``q·y`` subject to ``h − G y`` in the cones of the program, to a feasibility and duality gap."""
+        """Minimise ``q·y`` subject to ``h − G y`` in the cones of the program.
+
+        ``tolerance`` applies to feasibility and to the duality gap.
+        """
 
 
 class ConicProgram:
-    """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
+    """Program that maximises α subject to equilibrium and failure conditions.
 
-    The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
-    variable load gives the same program, then the auxiliary ones of crushing and of torsion, and then the
-    forces T' of ties beyond their prestress. The rows are, in this order, the equilibrium of the free blocks (zero
-    cone); an upper limit of α, the limits of tension, of cells and of ties, the edges and tangents of crushing
-    (nonnegative cone); three rows of each contact point and of each cone of crushing and of torsion (second-order
-    cones). The pattern never changes; :meth:`data` gives the values of a step.
+    In standard form it minimises ``q·y`` subject to ``h − G y ∈ cones``.
 
-    The objective is α times the total variable load, which makes the multipliers of equilibrium, the
-    velocities, of order one: without it an interior-point solver stops percents short on thousands of blocks.
+    The variables come in this order:
+
+    - ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the variable load gives the
+      same program;
+    - the auxiliary variables of crushing and of torsion;
+    - the forces T' of ties beyond their prestress.
+
+    The rows come in this order:
+
+    - zero cone: equilibrium of the free blocks;
+    - nonnegative cone: upper limit of α, limits of tension, of cells and of ties, edges and tangents of crushing;
+    - second-order cones: three rows for each contact point and for each cone of crushing and of torsion.
+
+    The sparsity pattern never changes. :meth:`data` returns the values of a step.
+
+    The objective is α times the total variable load. This factor makes the velocities, the multipliers of equilibrium,
+    of order one. Without it an interior-point solver stops several percent too low on thousands of blocks.
 
     Parameters
     ----------
     problem
         Equilibrium and strength.
     settings
-        How crushing enters the program.
+        Settings that choose the form of crushing in the program.
     """
 
     def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
@@ -100,7 +119,7 @@ class ConicProgram:
         balance = conditions.ConstraintRows(sp.hstack(wrenches, format="csr"), -problem.w_D)
         limit = conditions.ConstraintRows(sp.csr_array(([1.0], ([0], [0])), shape=(1, n_columns)), np.ones(1))
         linear = [limit, conditions.no_tension(problem, n_columns), conditions.cells(problem, n_columns)]
-        #: Where the rows ``0 ≤ T'`` stand among those of the nonnegative cone, and T' among the variables.
+        #: Positions of the rows ``0 ≤ T'`` in the nonnegative cone, and of T' among the variables.
         self.slack_rows = slice(sum(map(len, linear)), sum(map(len, linear)) + len(problem.ties))
         self.tie_columns = slice(n_columns - len(problem.ties), n_columns)
         if len(problem.ties):
@@ -132,7 +151,7 @@ class ConicProgram:
         self._limit_entry = _position(G, np.array([equilibrium]), np.array([0]))
         points = np.arange(problem.n_points)
         self._slope_entries = _position(G, self._bound_rows, conditions.normal_force(points))
-        # The second cones of the interfaces of uniform torsion stand last.
+        # The second cones of the interfaces of uniform torsion come last.
         self._torsion_rows = first + of_points + 3 * (len(problem.torsion) + np.arange(len(problem.torsion)))
         of_torsion = self._torsion_rows[problem.torsion.owner]
         self._torsion_entries = _position(G, of_torsion, conditions.normal_force(problem.torsion.point))
@@ -151,36 +170,36 @@ class ConicProgram:
         max_load_factor: float | None = None,
         loaded: bool = True,
     ) -> ProgramData:
-        """Values of one step.
+        """Return the values of one step.
 
         Parameters
         ----------
         sliding
             Sliding condition of each contact point.
         linearisation
-            Tangents of crushing, if it is linearised; at the full strength by default.
+            Tangents of linearised crushing; at the full strength by default.
         objective
-            α by default.
+            Objective to maximise; α by default.
         max_load_factor
-            Upper limit of α.
+            Upper limit of α; no limit by default.
         loaded
-            Whether α loads the blocks. Where it does not, it stands alone and ends at its upper limit.
+            Whether α loads the blocks. Without load, α is independent of all other variables and reaches its limit.
         """
         G, h = self.G.data.copy(), self._h.copy()
         G[self._slope_entries] = -sliding.slope
-        # The shear forces that are limited where a joint never slides are redundant: any bound will do.
+        # The limited shear forces of joints that never slide are redundant: any bound is correct.
         h[self._bound_rows] = np.where(self.problem.never_slides, 1.0, sliding.bound)
         G[self._torsion_entries] = -sliding.slope[self.problem.torsion.point]
         h[self._torsion_rows] = self.problem.torsion.total(sliding.bound)
         if not loaded:
             G[: self.G.indptr[1]] = 0.0
-        # Without a limit its row reads 0 α ≤ 1: the entry stays in the pattern.
+        # Without a limit the row is 0 α ≤ 1, so that its entry stays in the pattern.
         G[self._limit_entry] = 0.0 if max_load_factor is None else 1.0
         h[self._limit_row] = 1.0 if max_load_factor is None else max_load_factor * self.unit
         if self.is_linearised:
             slope, offset = (linearisation or Linearisation.first(self.problem)).lines(self.problem.capacity)
             G[self._tangent_entries] = slope.reshape(-1, 1)
-            # N is that beyond the tensile strength.
+            # N includes the tensile strength of the corners.
             pulled = self.problem.tension[self.problem.rectangles].sum(axis=1)
             h[self._tangent_rows] = (offset - slope * pulled[:, None]).ravel()
         q = np.zeros(self.G.shape[1])
@@ -192,11 +211,14 @@ class ConicProgram:
         return ProgramData(G, h, q)
 
     def tie_force(self, solution: Solution) -> Array:
-        """Forces T of ties with their prestress, (M,)."""
+        """Return the forces T (M,) of ties, including prestress."""
         return np.asarray(solution.y[self.tie_columns] + self.problem.ties.prestress(solution.y[0] / self.unit))
 
     def unpack(self, solution: Solution) -> tuple[float, Array, Array]:
-        """Load factor α, contact forces x (K, 3) and velocities u (6 F,) with ``w_L·u = 1``."""
+        """Return load factor, contact forces and velocities.
+
+        They are α, x (K, 3), and u (6 F,) with ``w_L·u = 1``.
+        """
         return (
             float(solution.y[0]) / self.unit,
             solution.y[1 : 1 + 3 * self.problem.n_points].reshape(-1, 3),
@@ -205,6 +227,6 @@ class ConicProgram:
 
 
 def _position(G: sp.csc_array, rows: Index, columns: Index) -> Index:
-    """Where the entries (row, column) stand in the data of a sorted csc array."""
+    """Return the positions of entries in the data of a sorted csc array."""
     keys = np.repeat(np.arange(G.shape[1]), np.diff(G.indptr)).astype(np.int64) * G.shape[0] + G.indices
     return np.asarray(np.searchsorted(keys, columns.astype(np.int64) * G.shape[0] + rows))

@@ -1,4 +1,4 @@
-"""Settings of the procedure."""
+"""Define and check the settings of the procedure."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -14,7 +14,7 @@ from blockstruct.model import checked_tuple
 class _Checked:
     """Checks numbers against their limits and texts against their choices."""
 
-    #: Lowest and highest value of a number, by its name; and the values that a text may have.
+    #: Lowest and highest value of each number, and permitted values of each text, by name.
     _LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({})
     _CHOICES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 
@@ -29,7 +29,7 @@ class _Checked:
             if not low <= value <= high:
                 msg = f"{who}: {name} is {shown(value)}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
-            # JSON stores Python's numbers and not those of numpy.
+            # JSON stores Python numbers but not numpy numbers.
             object.__setattr__(self, name, int(value) if whole else float(value))
         for name, known in self._CHOICES.items():
             if getattr(self, name) not in known:
@@ -38,12 +38,12 @@ class _Checked:
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
-        """Return settings from names and values, as documents and files keep them.
+        """Return settings from names and values, as stored in files.
 
         Raises
         ------
         ModelError
-            If this is no mapping, or a value is not allowed.
+            If ``values`` is not a mapping, or a value is not allowed.
         UnknownKeywordError
             If a name is unknown.
         """
@@ -68,31 +68,33 @@ def _default(settings: Any, name: str) -> Any:
 class FictitiousSchedule(_Checked):
     """Schedule of the iteration with fictitious sliding conditions.
 
-    Each program has the condition ``‖(s, t)‖ ≤ c0 + (1 + a) μ n0 − a μ n`` (for zero dilatancy), which moves with the
-    solution (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). c0 is in multiples of the dead wrench of the
-    lighter of the two blocks.
+    Each program has the condition ``‖(s, t)‖ ≤ c0 + (1 + a) μ n0 − a μ n`` (for zero dilatancy). n0 follows the
+    solution of the program before (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). c0 is in multiples of the
+    dead wrench of the lighter of the two blocks.
 
     Parameters
     ----------
     slope, slope_decay, slope_min
-        Start, factor per program and end of ``a``. A negative slope leads to the low solution. It must fade faster
-        than c0, because ``a > 0`` also limits the force at contacts without force in the program before.
+        Start, factor per program and end of ``a``. A falling condition (``a > 0``) leads to the low solution. ``a``
+        must decrease faster than c0, because ``a > 0`` also limits the normal force at contacts without force in the
+        program before.
     c0, c0_decay, c0_min
-        Start, factor per program and end of ``c0``, which keeps contacts without force from making a program
+        Start, factor per program and end of ``c0``. Without ``c0``, contacts without force may make a program
         infeasible.
     c0_limit
         Largest ``c0`` at which the iteration may end.
     relaxation, relaxation_growth, relaxation_cut, relaxation_min, relaxation_max
-        β, the share of the new normal forces in ``n0``: its start, its factor after a program that moves the load
-        factor in the same direction, its factor after one that turns it back, and its limits.
+        Start, growth factor, reduction factor and limits of β, the share of the new normal forces in ``n0``. β grows
+        after a program that changes the load factor in the same direction. It is reduced after a program that reverses
+        the direction.
     load_factor_tolerance
-        Relative change of the load factor, extrapolated to its end, below which it has settled.
+        Relative change of the load factor, extrapolated to the end of the iteration, below which it has settled.
     patience
-        Programs after which a load factor that still moves is certified as well, if possible.
+        Number of programs after which a load factor that still changes is also certified, if possible.
     max_programs
-        Programs after which the case ends without a result.
+        Number of programs after which the case ends without a result.
     fallback_after
-        Programs after which the shifted objective replaces the fictitious conditions.
+        Number of programs after which the shifted objective replaces the fictitious conditions.
     """
 
     slope: float = 0.3
@@ -136,17 +138,18 @@ class FictitiousSchedule(_Checked):
 
 @dataclass(frozen=True, slots=True)
 class Numerics(_Checked):
-    """The conic solver, its tolerances, and those of the certificate.
+    """Conic solver, and tolerances of the solver and the certificate.
 
     Parameters
     ----------
     solver
-        ``"clarabel"`` (direct, reused between programs) or ``"cvxpy:NAME"`` for any conic solver that CVXPY has.
+        ``"clarabel"`` (direct, reused between programs) or ``"cvxpy:NAME"`` for any conic solver of CVXPY.
     solver_tolerance
         Feasibility and duality-gap tolerance of the solver.
     step_tolerance
-        The same in a program of the fictitious iteration, in multiples of its c0. An interior-point solution leaves
-        a little force on open contacts. Measured: 1e-6 in all programs ends 0.8 % high on walls of 50 blocks.
+        Solver tolerance in a program of the fictitious iteration, in multiples of its c0. An interior-point solution
+        leaves a small force on open contacts. Measured on walls of 50 blocks: with 1e-6 in all programs the load factor
+        is 0.8 % too high.
     equilibrium_tolerance
         Largest residual, in multiples of the dead wrench of the block.
     yield_tolerance
@@ -187,36 +190,38 @@ class Numerics(_Checked):
 
 @dataclass(frozen=True, slots=True)
 class ProcedureSettings(_Checked):
-    """How a load factor is found: part of every result, because the answer depends on it.
+    """Settings of the search for a load factor.
+
+    They are part of every result, because the load factor depends on them.
 
     Parameters
     ----------
     procedure
-        Non-associative sliding ``"loading path"``: from the state under dead load, with joints that are slightly
-        elastic, to collapse. ``"fictitious"``: the iteration of Portioli, Casapulla & Cascini (2015).
-        ``"shifted"``: the objective of De Saxcé & Feng (1998), always feasible and often too high.
+        Procedure for non-associative sliding. ``"loading path"`` follows slightly elastic joints from the state under
+        dead load to collapse. ``"fictitious"`` is the iteration of Portioli, Casapulla & Cascini (2015). ``"shifted"``
+        is the objective of De Saxcé & Feng (1998), always feasible and often too high.
     crushing
-        Crushing of rectangles: ``"conic"`` exactly, by rotated cones, or ``"linearised"`` as in the paper, by four
-        tangents that settle in the same loop as friction.
+        Form of crushing of rectangles. ``"conic"`` is exact, by rotated cones. ``"linearised"`` uses four tangents as
+        in the paper. The tangents converge in the same loop as friction.
     crushing_interaction
-        ``"biaxial"`` limits bending about both axes together by the effective rectangle, the default with
-        ``crushing="conic"``. ``"uniaxial"`` limits bending about each axis separately, as in the paper, the default
-        with ``crushing="linearised"``.
+        ``"biaxial"`` limits bending about both axes together by the effective rectangle. It is the default with
+        ``crushing="conic"``. ``"uniaxial"`` limits bending about each axis separately, as in the paper. It is the
+        default with ``crushing="linearised"``.
     crushing_cells
-        Approximate number of cells of an interface that crushes and is not a rectangle. A block that rocks turns
-        about the middle of the outer row: 64 cells take up to 7 % off its lever, mostly 3 to 5 %.
+        Approximate number of cells of an interface that crushes and is not a rectangle. A rocking block turns about
+        the middle of the outer row of cells. With 64 cells this reduces its lever by up to 7 %, mostly by 3 to 5 %.
     shear_stiffness_ratio
         Shear over normal stiffness of joints without a shear stiffness, on the loading path. 0.4 is the ratio of an
         elastic layer with a Poisson ratio of 0.2.
     path_step, path_growth
-        First step of the loading path, in multiples of the elastic displacement under the variable load; and the
-        largest ratio of one step to the step before.
+        First step of the loading path, in multiples of the elastic displacement under the variable load. Largest ratio
+        of one step to the step before.
     path_steps
-        How steps of the loading path are solved: by ``"splitting"``, approximately in a hundred cheap iterations
-        each, or by ``"interior point"``, exactly where it succeeds and ten times as slow. The collapse state at the
-        end is exact in either case.
+        Solution of the steps of the loading path. ``"splitting"`` is approximate, with a hundred cheap iterations per
+        step. ``"interior point"`` is exact when it succeeds, and ten times as slow. The collapse state at the end is
+        exact with both.
     schedule : FictitiousSchedule
-        Of the fictitious conditions.
+        Schedule of the fictitious conditions.
     numerics : Numerics
         Solver and tolerances.
     """
@@ -266,13 +271,16 @@ class ProcedureSettings(_Checked):
 
     @property
     def flat(self) -> dict[str, Any]:
-        """All settings by name, those of the two parts as ``schedule_slope`` and ``numerics_solver``."""
+        """All settings by name.
+
+        Names of the two parts have a prefix, as ``schedule_slope`` and ``numerics_solver``.
+        """
         own = {f.name: getattr(self, f.name) for f in fields(self)}
         parts = {name: asdict(own.pop(name)) for name in ("schedule", "numerics")}
         return own | {f"{part}_{name}": value for part, of_part in parts.items() for name, value in of_part.items()}
 
 
-#: Variants of the loading path: the load factor may depend on step length and joint stiffness.
+#: Variants of the loading path, because the load factor may depend on step length and joint stiffness.
 PATH_VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "loading path": {"procedure": "loading path"},
@@ -291,18 +299,21 @@ FICTITIOUS_VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
             "procedure": "fictitious",
             "schedule": {"c0": 0.1, "c0_decay": 0.7, "slope_decay": 0.6, "patience": 24},
         },
-        # Where the shifted objective finds a certificate it needs fewer than 30 programs.
+        # Measured: a shifted objective that finds a certificate needs fewer than 30 programs.
         "shifted": {"procedure": "shifted", "schedule": {"max_programs": 40}},
     }
 )
-#: Settings that each schedule changes, by its name.
+#: Settings that each schedule changes, by the name of the schedule.
 SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType({**PATH_VARIANTS, **FICTITIOUS_VARIANTS})
 #: Schedules by the name of their group.
 _GROUPS = {"path": tuple(PATH_VARIANTS), "paper": tuple(FICTITIOUS_VARIANTS)}
 
 
 def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
-    """Return settings changed by a schedule, which never raises the number of programs."""
+    """Return settings changed by a schedule.
+
+    A schedule never increases the largest number of programs.
+    """
     changes = dict(SCHEDULES[schedule])
     of_schedule = dict(changes.pop("schedule", {}))
     most = settings.schedule.max_programs
