@@ -29,7 +29,7 @@ def bodies_of(moved: MovedProblem, u: Array) -> Index:
     The supports form body zero. Two blocks form one body if they are in contact and have no relative motion. Both
     contact points and relative rotation are checked, because contact points next to a hinge are slow, too.
     """
-    # Loaded here: csgraph is slow to import.
+    # Import here because csgraph is slow to import.
     from scipy.sparse import csgraph
 
     problem, points = moved.problem, moved.contacts.points

@@ -43,7 +43,8 @@ class Certificate:
     yield_excess : float
         Largest violation of a strength condition; negative inside. At joints it is the largest of
         ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing. The unit is the dead wrench of the
-        lighter of the two blocks, or the normal force of the contact point or crushing rectangle, whichever is larger.
+        lighter of the two blocks, or the local normal force if larger. The local normal force is the force of the
+        contact point or of the crushing rectangle.
         At ties it is the violation of ``T0 ≤ T ≤ T_y`` and of the bond. The unit is the unit of force of the tie, or
         the tie force, whichever is larger.
     interpenetration : float

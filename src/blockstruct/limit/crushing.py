@@ -5,8 +5,8 @@ stress block, ``|M| ≤ (N b / 2) (1 − N / F)`` about an axis is ``n_e ≥ N²
 The four edges together limit bending about each axis separately. The *biaxial* interaction is stricter. Its effective
 rectangle ``N ≤ f_c (b1 − 2 |e1|) (b2 − 2 |e2|)`` is ``N³ ≤ 4 F n_e n_f`` for every two adjacent edges e, f.
 
-With a tensile strength f_t, stresses from −f_t to f_c are the sum of a uniform tension f_t and stresses from 0 to
-``f_c + f_t``. The uniform tension has no moment about the centroid, and each corner takes a quarter. The same
+With a tensile strength f_t, stresses range from −f_t to f_c. They are the sum of a uniform tension f_t and stresses
+from 0 to ``f_c + f_t``. The uniform tension has no moment about the centroid, and each corner takes a quarter. The same
 conditions therefore apply to the forces ``n_k + f_t A / 4``, with ``F = (f_c + f_t) A``. All corner forces in this
 module include this term (:meth:`LimitProblem.beyond_tension`).
 """

@@ -12,9 +12,9 @@ thus admissible if *some* division r lets no point penetrate. The dissipation of
 division. In a joint without forces every division dissipates nothing. If only a few points are pressed, the sliding of
 the other points stays undetermined.
 
-The chosen division is therefore the one with the least violation of the flow rule. This violation is the work that
-friction, normal forces and crushing could do at most, less their actual work, plus the penetration of rigid points. It
-is a convex, non-smooth function of w with three variables per joint. The ellipsoid method encloses its minimum. A
+The chosen division is therefore the one with the least violation of the flow rule. This violation is the largest
+possible work of friction, normal forces and crushing less their actual work. Penetration of rigid points adds to the
+violation. It is a convex, non-smooth function of w with three variables per joint. Ellipsoids enclose its minimum. A
 subgradient cuts off the part of the ellipsoid without a smaller value. The next ellipsoid is the smallest around the
 remaining part.
 """

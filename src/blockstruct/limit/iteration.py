@@ -151,8 +151,8 @@ class Outcome:
     load_ratio : float
         Largest load ratio of two touching blocks, if too large for the solver; NaN otherwise.
     without_crushing : float
-        Load factor of the same case without crushing, if the result with crushing was higher by more than the accuracy
-        of the procedure. The load factor is then this value. NaN otherwise.
+        Load factor of the same case without crushing; NaN as a rule. It is set if crushing raised the load factor by
+        more than the accuracy of the procedure. ``load_factor`` is then this value.
     hung, jammed : tuple of int
         Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
     """

@@ -188,9 +188,9 @@ class LimitProblem:
     def at_unit_load(self) -> Self:
         """The same problem with the variable load scaled to the dead load.
 
-        Its size is then the dead load of the loaded blocks. A multiple of the variable load gives the same problem, so
-        that the procedure does not depend on the unit of the load. A settlement is unchanged: its reaction already has
-        a unit.
+        Its size is then the dead load of the loaded blocks. A multiple of the variable load gives the same problem.
+        The procedure thus does not depend on the unit of the load. A settlement is unchanged: its reaction already
+        has a unit.
         """
         if self.settlement is not None:
             return self
@@ -401,8 +401,8 @@ def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]
 def _free_shear(points: ContactPoints) -> NDArray[np.int64]:
     """Return the columns of unlimited shear forces.
 
-    Each joint that never slides has three: both shear forces at its first point, and one at the farthest point, along
-    the axis more nearly perpendicular to the line between the two points.
+    Each joint that never slides has three: both shear forces at its first point, and one at the farthest point. The
+    third acts along the axis more nearly perpendicular to the line between the two points.
     """
     free = []
     for joint in np.unique(points.interface[np.isinf(points.friction)]):

@@ -130,8 +130,8 @@ def carried_weights(model: Model, pattern: LoadPattern) -> CarriedWeights:
     UnknownNameError
         If a load acts on a block that the model does not have.
     ModelError
-        If a load is not on its block, if a line or rectangle lies over no block, if it lies only partly over blocks
-        and does not span, or if fill lies above no face.
+        If a load is not on its block. If a line or rectangle lies over no block, or only partly over blocks and does
+        not span. If fill lies above no face.
     """
     placing, parts = Placing(model, pattern.name), []
     for k, load in enumerate(pattern.loads):
