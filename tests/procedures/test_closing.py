@@ -6,9 +6,9 @@ import pytest
 import blockstruct as bs
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import closing, solve_limit_case
-from blockstruct.procedures.carried_forces import Aim, corrected_forces
 from blockstruct.procedures.loading_path import ATTEMPTS
 from blockstruct.solvers import ClarabelSolver
+from blockstruct.solvers.corrected_forces import Aim, corrected_forces
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block
 

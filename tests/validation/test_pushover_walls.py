@@ -92,7 +92,7 @@ def test_a_large_wall_in_its_plane(tuff, dry):
     curve = bs.run(model, case)["push"].capacity
     assert float(curve["displacement"][-1]) > 0.5
     # Further on units drop, one after the other. Before, one may, and the load factor is less until it rests.
-    where = (curve["displacement"] > 0.01) & (curve["displacement"] < 0.5) & (curve["dropped"] == 0)
+    where = (curve["displacement"] > 0.01) & (curve["displacement"] < 0.5) & (curve["falls"] == 0)
     before = curve.sel(step=where)
     assert np.all(np.diff(before["load_factor"]) < 0.01)
     assert before["energy_error"].max() < 1e-3

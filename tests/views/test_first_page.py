@@ -250,7 +250,7 @@ def test_a_curve_of_sharp_corners_that_begins_elsewhere_is_told_beyond_half_a_pe
 def test_the_first_page_has_the_end_of_a_curve_and_what_is_to_be_looked_at(rounded):
     sharp = pushover()
     plain = summary(sharp)
-    ended = sharp["push"].capacity.attrs["ended"]
+    ended = sharp["push"].curve_ended
     assert f"<p>Pushover “push”: {ended}.</p>" in plain
     high = beginning(sharp, 0.9 * sharp["push"].load_factor)
     warned = bs.results.doubtful_words(high["push"].capacity, high["push"].settings.procedure)[0]

@@ -146,7 +146,7 @@ def test_report_and_console_say_it(analysis, result):
     assert said.startswith(f"Beyond collapse {result.capacity.sizes['step']} states were found, all of them certified")
     assert f"Tie high breaks at a displacement of {1e3 * result.broken_ties.iloc[0, 0]:.4g} mm, 60 mm longer" in said
     assert "Tie low holds: it gets longer by at most" in said
-    assert f"{result.capacity.attrs['ended'][1:]}." in said
+    assert f"{result.curve_ended[1:]}." in said
     assert all(sentence in result_text(result).plain for sentence in pushover_words(result))
     assumed = " ".join(report["assumptions"])
     assert "Displacements are small, but beyond the collapse state of a pushover: equilibrium" in assumed
@@ -158,7 +158,7 @@ def test_json(analysis, result):
     found = case["pushover"]
     assert found["d0"] == result.capacity["d0"].item()
     assert found["states"] == found["certified"] == result.capacity.sizes["step"]
-    assert found["ended"] == result.capacity.attrs["ended"]
+    assert found["ended"] == result.curve_ended
     (broken,) = found["broken_ties"]
     assert broken["tie"] == "high"
     assert broken["elongation [meter]"] == 0.06

@@ -8,12 +8,10 @@ Everything in this room is non-dimensional: lengths by a characteristic block si
 wrench of each block and, at a contact, of the lighter of its two blocks.
 """
 
-from blockstruct.limit.capacity_curve import FiniteStep, zero_displacement
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
-from blockstruct.limit.motion import block_motion, velocities_of
-from blockstruct.limit.moved import ControlPoint, MovedProblem, MovingProblem, check_pushover
+from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import (
@@ -42,14 +40,6 @@ __all__ = [
     "SCHEDULES",
     "scheduled",
     "schedules_of",
-    # beyond collapse
-    "ControlPoint",
-    "FiniteStep",
-    "MovedProblem",
-    "MovingProblem",
-    "Placement",
-    "check_pushover",
-    "zero_displacement",
     # the programs
     "ConicProgram",
     "ContactPoints",
@@ -62,7 +52,9 @@ __all__ = [
     "relax",
     "true_sliding",
     # velocities and what moves
+    "Placement",
     "block_motion",
+    "unit_of_velocity",
     "velocities_of",
     # the answer
     "CERTIFICATE_MEASURES",

@@ -12,10 +12,10 @@ from blockstruct.limit.friction import CAP, Sliding, frozen_sliding, true_slidin
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces, within
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.path import Path
 from blockstruct.procedures.step import solve_step
+from blockstruct.solvers.corrected_forces import LEAST_FRICTION, Aim, corrected_forces, within
 from blockstruct.solvers.interior_point import Step
 from blockstruct.vocabulary import SolverStatus, Stage
 

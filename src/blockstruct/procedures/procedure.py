@@ -179,7 +179,7 @@ def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | Non
     if not own.is_plain:
         return None
     # Loaded here: it is slow to import.
-    from blockstruct.procedures.carried_forces import carried_forces
+    from blockstruct.solvers.corrected_forces import carried_forces
 
     x = carried_forces(own.A, own.friction, state.x, -own.w_D)
     tolerance = state.certificate.tolerances["equilibrium_residual"]

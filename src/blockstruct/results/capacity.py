@@ -8,14 +8,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import FiniteStep, zero_displacement
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.pushed_ties import break_displacements, slack
+from blockstruct.motion import MotionState, zero_displacement
+from blockstruct.results.pushed_ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
 
-#: Dimension in which a value is, and what it is, of every attribute of a step.
+#: Dimension in which a value is, and what it is, of every attribute of a state.
 _VALUES = {
     "load_factor": ("dimensionless", "load factor α"),
     "displacement": ("length", "displacement of the control point along its direction"),
@@ -23,14 +23,12 @@ _VALUES = {
     "rotation": ("angle", "rotation vector of each block from where the model has it"),
     "velocity": ("velocity", "velocity of the centroid, at 1 W"),
     "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
-    "motion_time": ("time", "for which the velocities act until the next state, if the step is not halved"),
+    "motion_time": ("time", "for which the velocities act until the next state"),
+    "inertia_time": ("time", "in which blocks at rest go the way of the step; infinite without inertia"),
+    "falls": ("dimensionless", "1 if blocks drop in the step, while the control point all but waits"),
+    "reach": ("length", "largest gap of contact points"),
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
-    "falling": (
-        "dimensionless",
-        "work of the dead load that ties do not take up, per unit of work of the variable load",
-    ),
-    "dropped": ("dimensionless", "1 if the motion is that of blocks that drop until they meet others"),
-    "drops_next": ("dimensionless", "1 if they begin to on the way to the next state"),
+    "inertia": ("dimensionless", "share of the work of inertia in that of the step"),
     "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
     "tie_elongation": ("length", "of the tie beyond its length in the model"),
     "minus_of_contact": (None, "index of the block that the normal points from, at each contact point with a force"),
@@ -38,7 +36,6 @@ _VALUES = {
     "point_of_contact": ("length", "where the contact point is"),
     "normal_of_contact": ("dimensionless", "direction from its minus to its plus block"),
     "force_of_contact": ("force", "on its plus block"),
-    "body": ("dimensionless", "number of the body that each block moves on as part of; zero is that of supports"),
     "penetration": ("length", "deepest penetration of two blocks"),
     "energy_error": ("dimensionless", "work that the way from the state before misses, relative to all work so far"),
     "equilibrium_residual": ("dimensionless", "in multiples of the dead wrench of the block"),
@@ -47,26 +44,17 @@ _VALUES = {
     "flow_rule_gap": ("dimensionless", "work by which the flow rule is missed, in units of α"),
     "holds": ("dimensionless", "1 if the certificate of the state holds"),
     "contact_points": ("dimensionless", "number of contact points"),
-    "programs": ("dimensionless", "number of conic programs"),
-    "solver_iterations": ("dimensionless", "interior-point iterations"),
+    "solver_iterations": ("dimensionless", "factorisations"),
     "solver_time": ("time", "time of the step"),
-    "divided": ("dimensionless", "1 if the step to the state was divided"),
-    "body_failures": ("dimensionless", "steps of bodies that failed one after the other"),
-    "body_waits": ("dimensionless", "solutions of all blocks before bodies are tried again"),
 }
 _OF_CONTACT = ("minus_of_contact", "plus_of_contact")
-_FLAGS = ("holds", "dropped", "drops_next", "divided")
-_WHOLE = (
-    *_FLAGS,
-    *("contact_points", "programs", "solver_iterations", "body_failures", "body_waits", "body"),
-    *_OF_CONTACT,
-)
+_FLAGS = ("holds", "falls")
+_WHOLE = (*_FLAGS, "contact_points", "solver_iterations", *_OF_CONTACT)
 _DIMS = {
     **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), ("step", "block", "axis")),
     **dict.fromkeys(("tie_force", "tie_elongation"), ("step", "tie")),
     **dict.fromkeys(_OF_CONTACT, ("contact",)),
     **dict.fromkeys(("point_of_contact", "normal_of_contact", "force_of_contact"), ("contact", "axis")),
-    "body": ("step", "block"),
 }
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -91,7 +79,7 @@ _SLIPS = "where units slip and catch a curve hangs on its steps"
 _LEAPS = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips that slid until there"
 
 
-def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
+def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
     """Values of steps, of which there is at least one: an array each, along the steps first.
 
     Those of contact points are one step after the other, so many as ``loaded_points`` tells.
@@ -103,15 +91,13 @@ def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
     return found
 
 
-def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
+def capacity_of(model: Model, arrays: Arrays) -> xr.Dataset:
     """Capacity curve of the values of its steps, in SI units.
 
     Parameters
     ----------
     model, arrays
         The structure, and :func:`step_arrays`.
-    ended
-        How the curve ended; empty if it is to be gone on with.
 
     Returns
     -------
@@ -119,14 +105,9 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         Dimensions step, block, axis (x, y, z), contact and, with ties, tie; ``displacement`` is a coordinate along
         ``step``. Contact points with a force are one step after the other, ``step_of_contact`` tells that of each.
         ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before;
-        ``tie_break_displacement`` that at which each tie breaks, NaN where it does not. The attribute ``ended`` tells
-        how the curve ended.
+        ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
     """
     n = len(arrays["load_factor"])
-    if "tie_force" in arrays and model.ties:
-        # What is left of the force of a slack tie is the solver's rounding.
-        force = arrays["tie_force"]
-        arrays = {**arrays, "tie_force": np.where(slack(model, force), 0.0, force)}
     variables: dict[str, Any] = {
         name: (
             _DIMS.get(name, ("step",)),
@@ -137,7 +118,8 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         # Without ties there is nothing to tell of them, and what older working data do not tell is left out.
         if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
     }
-    curve = list(zip(arrays["displacement"].tolist(), arrays["load_factor"].tolist(), strict=True))
+    stands = arrays["falls"] == 0
+    curve = list(zip(*(arrays[name][stands].tolist() for name in ("displacement", "load_factor")), strict=True))
     coords: dict[str, Any] = {
         "step": ("step", np.arange(n), {"long_name": "state of the curve, from 0"}),
         "displacement": variables.pop("displacement"),
@@ -161,7 +143,7 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         coords["tie_elongation_limit"] = ("tie", limit, _length("infinite if none was given"))
         broke = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
         data["tie_break_displacement"] = ("tie", broke, _length("displacement at which the tie breaks"))
-    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve", "ended": ended})
+    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve"})
 
 
 def _length(long_name: str) -> dict[str, str]:
@@ -272,21 +254,18 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
     return found
 
 
-def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
-    """The steps of a capacity curve; none where it does not keep what they are gone on with from."""
-    names = [f.name for f in fields(FiniteStep)]
-    if not {"step_of_contact", *names} - {"tie_force", "tie_elongation"} <= set(capacity.variables):
-        return []
+def steps_of(capacity: xr.Dataset) -> list[MotionState]:
+    """The states of a capacity curve; those of arrays of its contact points as they stand."""
     n = capacity.sizes["step"]
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
-    for name in names:
-        # Without ties a curve tells nothing of them.
+    for name in (f.name for f in fields(MotionState)):
+        # A model without ties has no tie variables.
         values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
         of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
         columns[name] = of_steps if name in _DIMS else values.tolist()
     columns |= {name: [bool(value) for value in columns[name]] for name in _FLAGS}
-    return [FiniteStep(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
+    return [MotionState(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 
 def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
-from blockstruct.model import Case, Model, SelfWeight, SettlementCase
+from blockstruct.model import Case, Model, Pushover, SelfWeight, SettlementCase
+from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.crushing_words import beyond_rectangle_words, cell_words
@@ -26,7 +27,7 @@ from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.torsion import torsion_words
 from blockstruct.results.utilisation import utilisation
-from blockstruct.text import Answer, caveats, ended, why
+from blockstruct.text import Answer, caveats, curve_end, ended, why
 from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
@@ -79,8 +80,8 @@ class CaseResult:
         if they were not run (``spread=True``).
     damage : str
         What could not be read of a run that was killed; empty as a rule.
-    curve_ended : str
-        Why the curve of a pushover ends where it does, or why there is none.
+    curve_outcome : CurveOutcome or None
+        How and where the curve of a pushover ended, or why there is none; None if it has not ended.
     capacity : xarray.Dataset or None
         Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
@@ -101,7 +102,7 @@ class CaseResult:
     of_case: str = ""
     path_dependence: tuple[float, float] | None = None
     damage: str = ""
-    curve_ended: str = ""
+    curve_outcome: CurveOutcome | None = None
     capacity: xr.Dataset | None = field(default=None, repr=False)
     versions: tuple[Mapping[str, str], ...] = field(default=(), repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
@@ -266,6 +267,13 @@ class CaseResult:
     def broken_ties(self) -> pd.DataFrame:
         """Ties that break in a pushover: :func:`blockstruct.results.broken_ties`; empty without any."""
         return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
+
+    @property
+    def curve_ended(self) -> str:
+        """How the curve of a pushover ended, or why there is none, as a clause; empty if it has not ended."""
+        if self.curve_outcome is None or not isinstance(self.case, Pushover):
+            return ""
+        return curve_end(self.curve_outcome, self.case.control)
 
     @property
     def missing_curve(self) -> str:

@@ -18,7 +18,7 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
     Returns
     -------
     dict
-        ``d0`` (m, NaN without one) and ``curve_ended`` of each, with ``_other`` for the other one's;
+        ``d0`` (m, NaN without one) of each, with ``_other`` for the other one's;
         ``curve_difference``, the largest of two: of the difference of load factors at the same displacement, relative
         to the largest of both, and of that of the displacements at which they end, relative to the further one; 0
         where neither is a pushover, infinite where one is, or one alone comes down to zero; ``curves_part_at`` (m), the
@@ -27,7 +27,6 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
     row: dict[str, Any] = {}
     for curve, suffix in ((one, ""), (other, "_other")):
         row[f"d0{suffix}"] = np.nan if curve is None else float(curve["d0"])
-        row[f"curve_ended{suffix}"] = "" if curve is None else curve.attrs.get("ended", "")
     if one is None or other is None:
         return row | {"curve_difference": 0.0 if one is other else np.inf, "curves_part_at": np.nan}
     (way, alpha), (way_other, alpha_other) = _along(one), _along(other)

@@ -72,12 +72,15 @@ class Splitting:
     ----------
     contact
         Contacts and ties, and their compliance.
+    inertia : (6 F, 6 F) sparse array
+        ``M / h²``: force per displacement of the step, ``A x + w_D + α w_L = M u / h²``. None without inertia.
     """
 
-    def __init__(self, contact: ContactProblem) -> None:
+    def __init__(self, contact: ContactProblem, inertia: sp.csr_array | None = None) -> None:
         own, points = contact.conditions, contact.problem.n_points
         lines, cones = len(own.offset.line), len(own.offset.soc)
         self._contact, self._points, self._lines = contact, points, lines
+        self._inertia = inertia
         # Cones whose first row is a resistance: those of contact points, and the second ones of uniform torsion.
         self._discs = np.concatenate([np.arange(points), np.arange(cones - len(contact.problem.torsion), cones)])
         self._cones = np.setdiff1d(np.arange(cones), self._discs)
@@ -159,9 +162,10 @@ class Splitting:
         all_weights = penalty * self._weights(guess.x)
         H, weight = self._inverse(all_weights), all_weights[self._order]
         AH = sp.csr_array(contact.A @ H)
-        solve = _factorised(sp.coo_array(AH @ contact.AT))
+        stiffness = AH @ contact.AT
+        solve = _factorised(sp.coo_array(stiffness if self._inertia is None else stiffness + self._inertia))
         push = solve(w_L)
-        stiffness = _dot(w_L, push)
+        yields = _dot(w_L, push)
         # Forces are linear in what conditions ask for, in the rate of sliding where it dilates, and in velocities.
         asked = sp.csr_array(sp.hstack([self._E.T @ sp.diags_array(weight), self._dilates]))
         of_asked, of_motion = sp.csr_array(H @ asked), sp.csr_array(-AH.T)
@@ -180,7 +184,7 @@ class Splitting:
             wishes = np.concatenate([y - dual, slip])
             b = pulls @ wishes
             b += loads
-            alpha = 0.0 if step.displacement is None else (step.displacement - _dot(push, b)) / stiffness
+            alpha = step.load_factor if step.displacement is None else (step.displacement - _dot(push, b)) / yields
             b += alpha * w_L
             u = solve(b)
             rows = rows_of @ np.concatenate([wishes, u])

@@ -91,7 +91,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
         found = f"{n} states were found, {'all' if certified == n else certified} of them certified,"
     states = f"Beyond collapse {found} up to a displacement of {reached:.4g} mm of the control point {along}"
     told = bs.results.breaking_words(curve) + bs.results.doubtful_words(curve, result.settings.procedure)
-    said = [states, curve.attrs.get("ended", ""), *told]
+    said = [states, result.curve_ended, *told]
     if "tie_force" in curve:
         names = [str(name) for name in curve["tie"].to_numpy()]
         held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))

@@ -101,9 +101,12 @@ class Step:
     opening : (N,) array
         Opening before the step, in the rows of normal forces.
     displacement : float or None
-        ``w_L·u``; None keeps the load factor at zero.
+        ``w_L·u``; None keeps the load factor.
+    load_factor : float
+        That which is kept.
     """
 
     reference: Array
     opening: Array
     displacement: float | None
+    load_factor: float = 0.0

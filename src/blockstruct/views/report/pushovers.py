@@ -43,7 +43,7 @@ def curve_sentences(analysis: bs.Analysis, relied_on: str, checked: Sequence[str
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
         looked_at = [*bs.results.doubtful_words(curve, procedure), *breaks][:1]
-        clauses = [beginning_words(analysis[name]), curve.attrs.get("ended", "")]
+        clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
         clauses += [text for text in looked_at if not any(text in note for note in told)]
         # The last of several may be the one at which SLV ends.
         clauses += ["further breaks of ties are told below"] if breaks[1:] and looked_at == breaks[:1] else []

@@ -165,7 +165,7 @@ def test_no_curve_where_the_interface_is_smaller_than_faces(rounding):
     result = run(model, "block", corner_rounding=rounding)
     assert result.load_factor == pytest.approx(0.125, rel=1e-6)
     assert result.capacity is None
-    assert "would begin at a load factor of 0.25, above the 0.125 of the collapse state" in result.curve_ended
+    assert "would begin at a load factor of 0.25, above that of the collapse state" in result.curve_ended
     assert "faces larger than its interfaces" in result.curve_ended
 
 

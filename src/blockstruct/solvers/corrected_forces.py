@@ -1,4 +1,4 @@
-"""Forces near those of a state before: in equilibrium with other loads, and inside the cones of friction."""
+"""Forces in equilibrium inside the cones of friction, near forces that are not."""
 
 from dataclasses import dataclass
 

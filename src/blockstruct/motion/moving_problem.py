@@ -8,10 +8,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.limit.motion import unit_of_velocity
-from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.ties import Ties
-from blockstruct.model import Model, Pushover, Tie
+from blockstruct.limit import LimitProblem, Ties, unit_of_velocity
+from blockstruct.model import STANDARD_GRAVITY, Model, Pushover, Tie
 from blockstruct.model.checks import check_at_block
 from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
 from blockstruct.vocabulary import Torsion
@@ -87,15 +85,6 @@ class MovedProblem:
         own[self.free] = u.reshape(-1, 6) / unit_of_velocity(self.problem)
         return rotated(own, self.placement.rotation)
 
-    def relative(self, twist: Array) -> Array:
-        """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
-        points, centre = self.contacts.points, self.placement.position
-        plus, minus = (
-            twist[block, :3] + np.cross(twist[block, 3:], points.position - centre[block])
-            for block in (points.plus, points.minus)
-        )
-        return np.asarray(np.einsum("kij,kj->ki", points.frame, plus - minus))
-
 
 @dataclass(frozen=True, slots=True)
 class ControlPoint:
@@ -138,9 +127,6 @@ class ControlPoint:
 
 #: Share of its yield force that a tie that yields may miss.
 YIELDS = 1e-3
-#: Share of the elongation limit of a tie within which it is reached; what is left of a way to it, and how much further
-#: one behind it leads, as shares of the way.
-AT_LIMIT, SHORT_OF, BEYOND = 1e-4, 1e-5, 1 / 4096
 
 
 class MovingProblem:
@@ -169,6 +155,19 @@ class MovingProblem:
         self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
         self.unit = np.full(len(statics.model.blocks), np.inf)
         self.unit[statics.free] = problem.wrench_unit
+        self.inertia = self._inertia()
+
+    def _inertia(self) -> sp.csr_array:
+        """Mass of the dead wrench of each free block, in the shape of the block, (6 F, 6 F)."""
+        unit, blocks = unit_of_velocity(self.at_rest), self.statics.model.blocks
+        parts = []
+        for own, weight, k in zip(unit, self.at_rest.wrench_unit, self.statics.free, strict=True):
+            spread = blocks[k].shape.second_moments / blocks[k].volume
+            mass = np.zeros((6, 6))
+            mass[:3, :3] = np.eye(3)
+            mass[3:, 3:] = np.trace(spread) * np.eye(3) - spread
+            parts.append(weight / STANDARD_GRAVITY * mass / np.outer(own, own))
+        return sp.csr_array(sp.block_diag(parts))
 
     @property
     def sharp(self) -> Self:
@@ -185,35 +184,11 @@ class MovingProblem:
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)
 
-    def breaks(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Whether ties (N,) break on a way on which they reach lengths (N,) from others."""
-        reserve = self._reserve(before)
-        return np.asarray((reserve >= 0) & (after - before > reserve))
-
-    def until_broken(self, before: Array, after: Array) -> float:
-        """Share of a way, on which ties reach lengths (N,) from others, that ends where one breaks; or one.
-
-        It ends just before the first that does and, of one that is within a share of its limit, just behind.
-        """
-        breaks = self.breaks(before, after)
-        share = self._reserve(before)[breaks] / (after - before)[breaks]
-        reached = self.at_limit(before)[breaks]
-        return float(np.where(reached, share + BEYOND, (1 - SHORT_OF) * share).min(initial=1.0))
-
-    def at_limit(self, longest: Array) -> NDArray[np.bool_]:
-        """Whether ties (N,) are within a share of the length at which they break."""
-        limit, reserve = self.statics.ties.elongation_limit, self._reserve(longest)
-        return np.asarray((reserve >= 0) & (reserve <= AT_LIMIT * limit) & np.isfinite(limit))
-
-    def _reserve(self, longest: Array) -> Array:
-        """How much longer ties (N,) may become than they have been, m."""
-        return self.statics.ties.span + self.statics.ties.elongation_limit - longest
-
     def yielding(self, force: Array) -> NDArray[np.bool_]:
         """Which ties of the model yield, by their forces (N,), N."""
         return np.asarray(force >= (1 - YIELDS) * self.statics.ties.capacity)
 
-    def at(self, placement: Placement, reach: float, longest: Array, tight: Array | None = None) -> MovedProblem:
+    def at(self, placement: Placement, reach: float, longest: Array, tight: Array) -> MovedProblem:
         """Limit problem at a placement.
 
         Parameters
@@ -225,7 +200,7 @@ class MovingProblem:
         longest : (N,) array, m
             Length that each tie has had on the way there, by which it breaks.
         tight : (N,) array, m
-            Length from which on each pulls; if not given, the longest it has had.
+            Length from which on each pulls.
         """
         statics, problem = self.statics, self.at_rest
         contacts = self.structure.contacts(placement, reach)
@@ -237,7 +212,6 @@ class MovingProblem:
         table = self.structure.ties(placement)
         elongation = table.span - statics.ties.span
         longest = np.maximum(longest, table.span)
-        tight = longest if tight is None else tight
         holds = ~self.broken(longest)
         table = table[holds]
         wrench = table.columns(placement.position, statics.free, statics.length, placement.rotation)

@@ -1,0 +1,219 @@
+"""A course of states: what each remembers of the ones before, and what follows from what was found."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
+from blockstruct.limit.certificate import FORCES
+from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
+from blockstruct.motion.state import MotionState
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Distance, in mean block sizes, up to which a contact point is the one that was there before.
+SAME = 0.05
+#: Interpenetration, relative to the fastest point, and flow-rule gap, relative to the work of the step, of one whose
+#: certificate holds; and work, relative to that at collapse, to which the gap is relative where there is less.
+PENETRATING, CERTIFIED, LEAST_WORK = 5e-2, 1e-2, 0.05
+
+
+class Course:
+    """The states so far.
+
+    Parameters
+    ----------
+    problem
+        The case, wherever its blocks are.
+    settings
+        Of the case.
+    """
+
+    def __init__(self, problem: MovingProblem, settings: ProcedureSettings) -> None:
+        self.problem, self._settings = problem, settings
+        self._longest = self._tight = problem.lengths(Placement.of(problem.statics.model))
+        self.last: MotionState | None = None
+        #: Displacement, m, and load factor of each state in which nothing falls.
+        self.curve: list[tuple[float, float]] = []
+        self._done = 0.0
+
+    def take(self, state: MotionState) -> None:
+        """Take a state, of which everything is known, as the last one."""
+        self._done += self._energy(state)[1]
+        self._longest, self._tight = self._lengths(Placement.at(state.position, state.rotation))
+        self.last = state
+        if not state.falls:
+            self.curve.append((state.displacement, state.load_factor))
+
+    def at(self, placement: Placement, reach: float) -> MovedProblem:
+        """The limit problem at a placement behind the last state."""
+        return self.problem.at(placement, reach, *self._lengths(placement))
+
+    def _lengths(self, placement: Placement) -> tuple[Array, Array]:
+        """Longest lengths (N,) of ties up to a placement, and those from which on they pull, m.
+
+        Those that yield grow, and no others: anchors move along chords, and ties that do not yield are longer after a
+        step by what these are off.
+        """
+        lengths = self.problem.lengths(placement)
+        if self.last is None:
+            return lengths, lengths
+        yields = self.problem.yielding(self.last.tie_force)
+        return np.maximum(self._longest, lengths), np.where(yields, np.maximum(self._tight, lengths), self._tight)
+
+    def forces(self, moved: MovedProblem, state: MotionState) -> tuple[Array, Array]:
+        """Forces (K, 3) and of ties (M,) of a state that a step behind it remembers."""
+        # Rounded corners end a radius from where the model has them.
+        reach = SAME + 2 * self.problem.structure.rounding / moved.problem.length
+        x = forces_at(moved, state, reach)
+        x[:, 0] = np.maximum(x[:, 0], 0.0)
+        return x, state.tie_force[moved.holds] / moved.problem.ties.force_unit
+
+    def complete(self, found: MotionState) -> MotionState:
+        """A state with all that follows from what was found."""
+        placement = Placement.at(found.position, found.rotation)
+        moved = self.at(placement, found.reach)
+        problem, time, alpha = moved.problem, found.motion_time, found.load_factor
+        x, T = forces_at(moved, found), found.tie_force[moved.holds] / problem.ties.force_unit
+        u = moved.velocities(found.twist)
+        inertia = self.problem.inertia @ u * (time / found.inertia_time**2)
+        c = certify(
+            replace(problem, w_D=problem.w_D - inertia),
+            x,
+            u,
+            alpha,
+            self._settings,
+            T,
+            gap=moved.gap(time),
+            slack=moved.slack_in(time),
+            speed=problem.fastest(u),
+        )
+        dissipation, kinetic = dissipated(problem, x, T, u), float(u @ inertia)
+        work = self._work(alpha, dissipation + kinetic)
+        within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= PENETRATING
+        state = replace(
+            found,
+            displacement=self.problem.control.displacement(placement),
+            dissipation=dissipation,
+            inertia=kinetic / work,
+            tie_elongation=moved.elongation,
+            penetration=moved.penetration,
+            equilibrium_residual=c.equilibrium_residual,
+            yield_excess=c.yield_excess,
+            interpenetration=c.interpenetration,
+            flow_rule_gap=c.flow_rule_gap,
+            holds=within and c.flow_rule_gap <= CERTIFIED * work,
+            contact_points=len(moved.contacts.gap),
+        )
+        missed, work = self._energy(state)
+        return replace(state, energy_error=missed / max(self._done + work, 1e-300))
+
+    def missed(self, state: MotionState) -> float:
+        """Flow-rule gap relative to the work of the step of a state."""
+        return state.flow_rule_gap / (self._work(state.load_factor, state.dissipation) / max(1 - state.inertia, 1e-300))
+
+    def _work(self, load_factor: float, more: float) -> float:
+        """Work of a step per unit of that of the variable load, with that of friction and of inertia."""
+        first = self.curve[0][1] if self.curve else load_factor
+        return max(abs(load_factor) + more, LEAST_WORK * abs(first))
+
+    def _energy(self, state: MotionState) -> tuple[float, float]:
+        """Work from the last state to another that is missed, and the sum of all of it, J, by the trapezoidal rule.
+
+        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
+        """
+        before = self.last
+        if before is None:
+            return 0.0, 0.0
+        one, other = (Placement.at(of.position, of.rotation) for of in (before, state))
+        dead, variable = self.problem.dead.work(one, other), self.problem.variable.work(one, other)
+        pushed = variable * (before.load_factor + state.load_factor) / 2
+        moved = self.problem.at(other, state.reach, *self._lengths(other))
+        problem, u = moved.problem, moved.velocities(carried(before, other))
+        x, T = forces_at(moved, state), state.tie_force[moved.holds] / problem.ties.force_unit
+        rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
+        return abs(dead + pushed - variable * rate), abs(dead) + abs(pushed) + abs(dead + pushed)
+
+
+def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequence[MotionState]) -> list[MotionState]:
+    """States with all that follows from what was found, computed again."""
+    course, found = Course(problem, settings), []
+    for state in states:
+        found.append(course.complete(state))
+        course.take(found[-1])
+    return found
+
+
+def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:
+    """Rate of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
+    v = (problem.A.T @ u).reshape(-1, 3)
+    return float(T @ problem.ties.elongation(u) - np.einsum("kj,kj->", x[:, 1:], v[:, 1:]))
+
+
+def carried(state: MotionState, placement: Placement) -> Array:
+    """The screws of a state, as twists (B, 6) of the centroids at another placement."""
+    way = placement.position - state.position
+    return np.column_stack([state.velocity + np.cross(state.angular_velocity, way), state.angular_velocity])
+
+
+def loaded(points: ContactPoints, force: Array) -> dict[str, Any]:
+    """Contact points with a force, (K, 3) in N in the frame of each, as a state keeps them."""
+    frame, some = points.frame[points.interface], force.any(axis=1)
+    return {
+        "minus_of_contact": points.minus[some],
+        "plus_of_contact": points.plus[some],
+        "point_of_contact": points.position[some],
+        "normal_of_contact": frame[some, 0],
+        "force_of_contact": np.einsum("kij,ki->kj", frame, force)[some],
+    }
+
+
+def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> Array:
+    """Forces (K, 3) of a state at the nearest contact points of a problem between the same blocks, within a reach.
+
+    Where the points are is told in the axes of either block: those of a block that slides are where they were on one
+    of the two. Points of one place in two directions, as in an inner corner, are two.
+    """
+    # Loaded here: scipy.spatial is slow to import.
+    from scipy.spatial import KDTree
+
+    points, placement, length = moved.contacts.points, moved.placement, moved.problem.length
+    before, found = Placement.at(state.position, state.rotation), np.zeros_like(points.position)
+    if not len(found) or not len(state.force_of_contact):
+        return found
+    blocks = len(state.position)
+
+    def places(minus: Index, plus: Index, position: Array, normal: Array, at: Placement) -> list[Array]:
+        lower, upper = np.minimum(minus, plus), np.maximum(minus, plus)
+        towards = np.where(minus < plus, 1.0, -1.0)[:, None] * normal
+        pair = (lower * blocks + upper)[:, None].astype(float)
+        return [
+            np.column_stack(
+                [
+                    pair,
+                    np.einsum("kji,kj->ki", at.rotation[own], position - at.position[own]) / length,
+                    reach * np.einsum("kji,kj->ki", at.rotation[own], towards),
+                ]
+            )
+            for own in (lower, upper)
+        ]
+
+    frame = points.frame[points.interface]
+    new = places(points.minus, points.plus, points.position, frame[:, 0], placement)
+    minus, plus = state.minus_of_contact, state.plus_of_contact
+    old = places(minus, plus, state.point_of_contact, state.normal_of_contact, before)
+    near = [KDTree(one).query(other) for one, other in zip(new, old, strict=True)]
+    distance, nearest = (np.array(part) for part in zip(*near, strict=True))
+    best, which = distance.argmin(axis=0), np.arange(len(minus))
+    kept = distance[best, which] <= reach
+    place = nearest[best, which][kept]
+    # Forces turn with the block in whose axes the point is where it was.
+    own = np.where(best == 0, np.minimum(minus, plus), np.maximum(minus, plus))[kept]
+    turned = np.einsum("kij,klj,kl->ki", placement.rotation[own], before.rotation[own], state.force_of_contact[kept])
+    turned *= np.where(minus[kept] == points.minus[place], 1.0, -1.0)[:, None]
+    np.add.at(found, place, np.einsum("kij,kj->ki", frame[place], turned) / moved.problem.force_unit[place, None])
+    return found
