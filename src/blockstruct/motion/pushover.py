@@ -31,8 +31,8 @@ FORESEEN = 8
 FASTEST, OFF = 3.0, 1.5
 #: Least reach of contacts, and the widest in which blocks that move further are looked after, in mean block sizes.
 NEAREST, WIDEST = 0.05, 0.25
-#: Deepest penetration after a step, and gap or slack that is closed, in mean block sizes.
-DEEPEST, CLOSED = 2e-3, 1e-4
+#: Gap or slack that is closed, in mean block sizes.
+CLOSED = 1e-4
 #: Share of the work of a step that a force may do across a gap that it closes; how much of the way to such a gap a step
 #: goes; and its least share.
 ACROSS, UP_TO, SHORTEST = 1e-3, 1 - 1e-3, 1 / 4096
