@@ -476,7 +476,7 @@ def test_units_that_slip_in_the_plane_of_a_wall(slipping):
     one = result.capacity
     other = run(model, model.blocks[-4].name, (-1, 0, 0), steps=40).capacity
     between = np.interp(one["displacement"], other["displacement"], other["load_factor"])
-    assert one["load_factor"].to_numpy() == pytest.approx(between, rel=2e-2, abs=2e-3)
+    assert one["load_factor"].to_numpy() == pytest.approx(between, rel=3e-2, abs=3e-3)
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=2e-2)
     for curve in (one, other):
         assert np.median(curve["energy_error"]) < 1e-3

@@ -48,6 +48,9 @@ WAITS, HIGHEST = 1e-4, 256.0
 #: Flow-rule gap, relative to the work of a step, beyond which a shorter step is tried; and how many are, of which the
 #: one that misses least is taken.
 LOST, DOUBTS = 0.05, 2
+#: Share of inertia in the work of a last step from which blocks fall; and force of a tie that is rounding, in dead
+#: wrenches of the lighter block.
+MOSTLY, NO_FORCE = 0.5, 1e-6
 #: Steps, in multiples of those asked for, after which the curve is left; and how few asked for count as more.
 PATIENCE, FEW = 5, 20
 #: How far a first state with sharp corners may be above the collapse state, relatively: that of a cross vault is 1.1 %.
@@ -157,7 +160,8 @@ class _Path:
         statics, at_rest = self._problem.statics, self._problem.at_rest
         rest = Placement.of(statics.model)
         forces = loaded(statics.points, collapse.x * at_rest.force_unit[:, None])
-        T = collapse.tie_force * at_rest.ties.force_unit
+        # What is left of the force of a slack tie is the rounding of a program.
+        T = np.where(collapse.tie_force > NO_FORCE, collapse.tie_force, 0.0) * at_rest.ties.force_unit
         way = FIRST * self._even
         state = MotionState(
             load_factor=collapse.load_factor,
@@ -199,7 +203,7 @@ class _Path:
     def lost(self) -> CurveEnd:
         """How the curve ends where no step is solved."""
         last = self._course.last
-        return CurveEnd.FALLS if last is not None and last.falls else CurveEnd.NOT_SOLVED
+        return CurveEnd.FALLS if last is not None and last.inertia > MOSTLY else CurveEnd.NOT_SOLVED
 
     def outcome(self, end: CurveEnd) -> CurveOutcome:
         """Facts of the end."""

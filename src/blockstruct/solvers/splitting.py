@@ -151,7 +151,7 @@ class Splitting:
             Of the residual.
         patience
             Iterations in which the residual must halve. If it does not, friction follows smoothed; if it then does not,
-        the state is returned.
+            the state is returned.
 
         Raises
         ------
