@@ -93,12 +93,15 @@ class Course:
             speed=problem.fastest(u),
         )
         dissipation, kinetic = dissipated(problem, x, T, u), float(u @ inertia)
-        work = self._work(alpha, dissipation + kinetic)
+        first = self.curve[0][1] if self.curve else alpha
+        # What drops is driven by the dead load.
+        work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
         within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= PENETRATING
         state = replace(
             found,
             displacement=self.problem.control.displacement(placement),
             dissipation=dissipation,
+            work=work,
             inertia=kinetic / work,
             tie_elongation=moved.elongation,
             penetration=moved.penetration,
@@ -111,15 +114,6 @@ class Course:
         )
         missed, work = self._energy(state)
         return replace(state, energy_error=missed / max(self._done + work, 1e-300))
-
-    def missed(self, state: MotionState) -> float:
-        """Flow-rule gap relative to the work of the step of a state."""
-        return state.flow_rule_gap / (self._work(state.load_factor, state.dissipation) / max(1 - state.inertia, 1e-300))
-
-    def _work(self, load_factor: float, more: float) -> float:
-        """Work of a step per unit of that of the variable load, with that of friction and of inertia."""
-        first = self.curve[0][1] if self.curve else load_factor
-        return max(abs(load_factor) + more, LEAST_WORK * abs(first))
 
     def _energy(self, state: MotionState) -> tuple[float, float]:
         """Work from the last state to another that is missed, and the sum of all of it, J, by the trapezoidal rule.

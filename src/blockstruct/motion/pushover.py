@@ -25,6 +25,8 @@ FIRST, GROWTH, LARGEST = 0.25, 1.5, 2.0
 #: Share of the way to a load factor of zero that a step goes, and load factor, relative to the first, from which it
 #: goes all of it.
 SHORT_OF, NEAR = 0.75, 1e-3
+#: States whose longest step tells how long the next may be: one that ends where a tie breaks tells nothing.
+AFTER = 4
 #: States from which the end of the curve is foreseen, along a straight line.
 FORESEEN = 8
 #: Most that a block may move in a step, in ways of the control point, and how far either may be from what is wanted.
@@ -245,7 +247,7 @@ class _Path:
             whole / self._steps,
             max(8 * self._even * min(1.0, self._collapse), self._even, LARGEST * ways[-1] / self._steps),
         )
-        wanted = min(even, GROWTH * max(ways[-1] - ways[-2], FIRST * SHORTEST * self._even))
+        wanted = min(even, GROWTH * max(*np.diff(ways[-AFTER:]), FIRST * SHORTEST * self._even))
         if len(way) > 1 and alpha[-1] < alpha[-2]:
             # The last step ends where the load factor is zero.
             left = alpha[-1] * (way[-1] - way[-2]) / (alpha[-2] - alpha[-1]) - (ways[-1] - way[-1])
@@ -272,7 +274,7 @@ class _Path:
         time, reach, falls = self._time(placement, twist, way), self._reach(way), np.inf
         far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * time
         least, moved = SHORTEST * time, course.at(placement, reach)
-        before, doubtful = course.forces(moved, memory), list[MotionState]()
+        before, doubtful, paced = course.forces(moved, memory), list[MotionState](), False
         while True:
             solved, inertia_time = self._step(moved, before, twist, time, far, falls)
             share = SHORTER
@@ -280,7 +282,11 @@ class _Path:
                 spent += solved.iterations
                 motion = moved.twist(solved.u / time)
                 if self._closing(motion) * time > reach:
-                    if reach < WIDEST * size:
+                    gone = self._speed(placement, motion) * time
+                    if not paced and gone > OFF * way:
+                        # Other blocks than before move, and go further for the same work.
+                        time, paced = time * way / gone, True
+                    elif reach < WIDEST * size:
                         reach = WIDEST * size
                         moved = course.at(placement, reach)
                         before = course.forces(moved, memory)
@@ -304,11 +310,12 @@ class _Path:
                     break
                 broken = self._until_broken(found)
                 share = min(self._shortened(moved, solved, before, twist, time, way), broken)
-                least = 0.0 if broken < 1 else least
+                if broken < 1:
+                    least, far = 0.0, share * far
                 if share < 1:
                     if time > least:
                         doubtful.clear()
-                elif course.missed(found) <= LOST and doubtful:
+                elif found.missed <= LOST and doubtful:
                     return found
                 elif len(doubtful) == DOUBTS:
                     break
@@ -317,7 +324,7 @@ class _Path:
             if time <= least:
                 break
             time = max(share * time, least)
-        return min(doubtful, key=course.missed, default=None)
+        return min(doubtful, key=lambda state: state.missed, default=None)
 
     def _shortened(
         self,

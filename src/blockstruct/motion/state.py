@@ -50,8 +50,10 @@ class MotionState:
         Of the control point along its direction, m.
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
+    work : float
+        Work of the step, per unit of work of the variable load, to which its flow-rule gap is relative.
     inertia : float
-        Share of the work of inertia in that of the step.
+        Share of the work of inertia in that work.
     tie_elongation : (N,) array
         Of each tie, m, beyond its length in the model.
     penetration : float
@@ -87,6 +89,7 @@ class MotionState:
 
     displacement: float = np.nan
     dissipation: float = np.nan
+    work: float = np.nan
     inertia: float = np.nan
     tie_elongation: Array = np.nan  # type: ignore[assignment]
     penetration: float = np.nan
@@ -97,6 +100,11 @@ class MotionState:
     flow_rule_gap: float = np.nan
     holds: bool = False
     contact_points: int = 0
+
+    @property
+    def missed(self) -> float:
+        """Flow-rule gap relative to the work of the step."""
+        return self.flow_rule_gap / self.work
 
     @property
     def twist(self) -> Array:

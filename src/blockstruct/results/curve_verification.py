@@ -28,6 +28,7 @@ _FOLLOWS = {
     "tie_elongation": True,
     "penetration": True,
     "dissipation": False,
+    "work": False,
     "inertia": False,
     "energy_error": False,
     "equilibrium_residual": False,
