@@ -247,7 +247,7 @@ class _Path:
             whole / self._steps,
             max(8 * self._even * min(1.0, self._collapse), self._even, LARGEST * ways[-1] / self._steps),
         )
-        wanted = min(even, GROWTH * max(*np.diff(ways[-AFTER:]), FIRST * SHORTEST * self._even))
+        wanted = min(even, GROWTH * max(float(np.diff(ways[-AFTER:]).max()), FIRST * SHORTEST * self._even))
         if len(way) > 1 and alpha[-1] < alpha[-2]:
             # The last step ends where the load factor is zero.
             left = alpha[-1] * (way[-1] - way[-2]) / (alpha[-2] - alpha[-1]) - (ways[-1] - way[-1])

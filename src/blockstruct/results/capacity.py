@@ -30,7 +30,7 @@ _VALUES = {
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
     "work": (
         "dimensionless",
-        "work of the step per unit of work of the variable load, of which flow_rule_gap is a part",
+        "work of the step per unit of work of the variable load, to compare flow_rule_gap with",
     ),
     "inertia": ("dimensionless", "share of the work of inertia in that of the step"),
     "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
