@@ -41,7 +41,7 @@ def test_blocks_that_come_towards_each_other_meet():
     loads += [bs.PointLoad("right", Q_([1, 0.5, 0], "m"), weight * np.array([-1, 0, 0]))]
     result = run(model_of(blocks, SMOOTH), "left", bs.LoadPattern("jaws", loads), steps=10)
     assert result.load_factor == pytest.approx(0.3, rel=1e-6)
-    assert float(result.capacity["displacement"][-1]) == pytest.approx(0.5, rel=2e-2)
+    assert float(result.capacity["displacement"][-1]) == pytest.approx(0.5, rel=2.5e-2)
 
 
 @pytest.mark.parametrize(("walls", "friction", "steps"), [(1, 0.6, 20), (1, 0.3, 40), (2, 0.6, 20)])

@@ -133,7 +133,12 @@ class _Path:
     def __init__(self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings) -> None:
         self._problem, self._steps, self._settings = problem, steps, settings
         self._course = Course(problem, settings)
-        self._collapse = abs(collapse.load_factor)
+        push, dead = (
+            float(np.linalg.norm(loads.wrench[problem.statics.free, :3], axis=1).sum())
+            for loads in (problem.variable, problem.dead)
+        )
+        # Whatever the unit of the variable load: what carries more moves further.
+        self._share = min(1.0, abs(collapse.load_factor) * push / max(dead, 1e-300))
         self._length = problem.statics.length
         blocks = problem.statics.model.blocks
         shapes = [(b.shape.vertices, b.centroid) for b in blocks]
@@ -245,7 +250,7 @@ class _Path:
         whole = way[-1] - alpha[-1] / slope if slope < 0 else np.inf
         even = min(
             whole / self._steps,
-            max(8 * self._even * min(1.0, self._collapse), self._even, LARGEST * ways[-1] / self._steps),
+            max(8 * self._even * self._share, self._even, LARGEST * ways[-1] / self._steps),
         )
         wanted = min(even, GROWTH * max(float(np.diff(ways[-AFTER:]).max()), FIRST * SHORTEST * self._even))
         if len(way) > 1 and alpha[-1] < alpha[-2]:
