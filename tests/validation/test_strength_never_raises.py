@@ -10,7 +10,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.results.verification import confirm
-from structures import SELF_WEIGHT, box, model_of, push, settings_of, solve
+from structures import SELF_WEIGHT, STONE, box, model_of, push, settings_of, solve
 
 
 def slabs(courses, strength=None):
@@ -49,3 +49,59 @@ def test_a_load_factor_that_crushing_lowers_is_its_own(flow):
     assert result.load_factor == pytest.approx(0.9 / 3, rel=1e-6)
     assert np.isnan(result.outcome.without_crushing)
     assert result.settled
+
+
+def bonded(strength=None):
+    """A wall with a return bonded to it, six courses; strength in multiples of the mean stress."""
+    size = {"length": "1.6 m", "courses": 6, "unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.25 m"}
+    blocks = bs.wall(**size, material=STONE, sidewalls=[bs.Sidewall("side", "0 m", "0.8 m", bonded=True)])
+    fc = {} if strength is None else {"compressive_strength": Q_(strength * 20 * 1.2 / 2, "kPa")}
+    return model_of(blocks, bs.JointMaterial("joint", 0.6, **fc))
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+@pytest.mark.parametrize("strength", [20, 300, pytest.param(1e6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"path_steps": "interior point"},
+        {"crushing_interaction": "uniaxial"},
+        {"procedure": "fictitious"},
+        {"procedure": "fictitious", "crushing": "linearised"},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize(
+    ("structure", "direction"),
+    [(lambda s: slabs(6, s), (1, -0.6, 0)), pytest.param(bonded, (1, -1, 0), marks=pytest.mark.slow)],
+    ids=["butted", "bonded"],
+)
+def test_no_strength_raises_a_load_factor(structure, direction, settings, strength):
+    without = {name: value for name, value in settings.items() if not name.startswith("crushing")}
+    limit, found = (
+        solve(structure(s), push(*direction), "nonassociative", **of).load_factor
+        for s, of in ((None, without), (strength, settings))
+    )
+    assert 0.8 * limit < found <= 1.01 * limit
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"path_steps": "interior point"}, {"procedure": "fictitious"}, {"procedure": "shifted"}], ids=str
+)
+@pytest.mark.parametrize("strength", [20, 100, 1e4])
+def test_a_straight_wall_rocks_out_of_its_plane_about_its_stress_block(strength, settings):
+    """Slabs of the depth t, pushed across: ``α = (t / h)(1 − γ h / f_c)`` about the lowest joint."""
+    t, h = 0.25, 1.2
+    blocks = [box("ground", [-1, -1, -0.5], [4, 3, 0.5], fixed=True)]
+    blocks += [box(f"slab {k}", [0, 0, 0.2 * k], [2.0, t, 0.2]) for k in range(6)]
+    joint = bs.JointMaterial("joint", 0.6, compressive_strength=Q_(strength * 20 * h / 2, "kPa"))
+    result = solve(model_of(blocks, joint), push(0, 1, 0), "nonassociative", **settings)
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(t / h * (1 - 2 / strength), rel=1e-5)
+    assert np.isnan(result.outcome.without_crushing)
+
+
+def test_associative_load_factors_grow_with_the_strength():
+    found = [solve(slabs(4, s), push(1, -0.6, 0)).load_factor for s in (5, 20, 100, 1e3, 1e6, None)]
+    assert np.diff(found).min() > -1e-6

@@ -74,12 +74,11 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
     """The procedure; what it finds is limited by what it finds without crushing.
 
-    Crushing makes the associative load factor lower. Without dilatancy it does not follow: the flow of the effective
-    rectangle may lean one wall on another.
+    Crushing never raises the associative load factor. Without dilatancy there are several collapse states, and joints
+    that settle as they crush lean one wall on another.
     """
     outcome = yield from _solve(problem, flow, settings, solver)
-    biaxial = settings.crushing_interaction == "biaxial" and len(problem.rectangles) > 0
-    if flow is Flow.ASSOCIATIVE or not biaxial or outcome.status is not Status.CONVERGED:
+    if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
     steps = _solve(problem.without_crushing, flow, settings, solver)
     while True:
