@@ -265,6 +265,16 @@ def test_tensile_strength_counts_alike_with_and_without_crushing():
         assert one == pytest.approx(other, rel=1e-5)
 
 
+#: Bearing over the whole length of all edges: uniaxial interaction.
+WHOLE = (1.0, 1.0)
+
+
+def flow_of(capacity, bearing, largest=np.inf):
+    """Flow of one rectangle; bearing None is that of the effective rectangle."""
+    share = None if bearing is None else np.array([bearing])
+    return crushing.CrushingFlow(np.array([capacity]), share, np.array([largest]))
+
+
 @pytest.mark.parametrize("biaxial", [False, True])
 def test_dissipation_of_mortar_is_that_of_its_stresses(biaxial):
     """In bending about one axis f_c times the rate where stresses press, and f_t times the rate where they pull."""
@@ -274,7 +284,7 @@ def test_dissipation_of_mortar_is_that_of_its_stresses(biaxial):
         rate = a + b * x
         exact = A * np.where(rate > 0, fc * rate, -ft * rate).mean()
         w = np.array([[a, a + b, a + b, a]])
-        found = crushing.dissipation(w, np.array([(fc + ft) * A]), biaxial=biaxial) - ft * A * w.mean()
+        found = flow_of((fc + ft) * A, None if biaxial else WHOLE).dissipation(w) - ft * A * w.mean()
         assert found[0] == pytest.approx(exact, rel=1e-6)
 
 
@@ -392,24 +402,34 @@ def test_friction_and_crushing_in_one_loop(number, settings, tuff):
     assert result.n_iterations <= 24
 
 
-@pytest.mark.parametrize("biaxial", [False, True])
+@pytest.mark.parametrize(
+    ("bearing", "largest"), [(None, np.inf), (WHOLE, np.inf), (WHOLE, 0.2), ((0.4, 0.9), np.inf), ((0.3, 0.6), 0.1)]
+)
 @pytest.mark.parametrize("twist", [0.0, 1.0])
-def test_dissipation_is_the_largest_work(biaxial, twist):
+def test_dissipation_is_the_largest_work(bearing, largest, twist):
     """Against a search over admissible corner forces: never less, and that of forces which are admissible."""
     rng = np.random.default_rng(0)
     n = rng.exponential(size=(200_000, 4)) * rng.random((200_000, 1))
     n *= rng.random((200_000, 4)) ** 3
-    F = np.ones(len(n))
-    inside = n[crushing.excess(n, F, biaxial=biaxial) <= 0]
+    flow = flow_of(1.0, bearing, largest)
+
+    def excess(n):
+        if bearing is None:
+            return crushing.excess(n, np.ones(len(n)), biaxial=True)
+        N = n.sum(axis=1)
+        of_edges = (N**2 / 2)[:, None] / np.tile(bearing, 2) - crushing.edge_sums(n)
+        return np.maximum(of_edges.max(axis=1), N - largest)
+
+    inside = n[excess(n) <= 0]
     for _ in range(20):
         # Rates of a plane motion, a + b x + c y at the corners, and what dilatancy adds to them, which is not plane.
         a, b, c = rng.normal(size=3)
         d = twist * rng.normal()
         w = np.array([a - b - c + d, a + b - c - d, a + b + c + d, a - b + c - d])
-        forces = crushing.hardest(w[None], F[:1], biaxial=biaxial)
+        forces = flow.hardest(w[None])
         assert forces.min() >= -1e-12
-        assert crushing.excess(forces, F[:1], biaxial=biaxial)[0] <= 1e-12
-        most = crushing.dissipation(w[None], F[:1], biaxial=biaxial)[0]
+        assert excess(forces)[0] <= 1e-12
+        most = flow.dissipation(w[None])[0]
         assert most == pytest.approx((forces @ w)[0], abs=1e-12)
         found = max((inside @ w).max(), 0.0)
         assert found <= most + 1e-9

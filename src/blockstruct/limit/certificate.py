@@ -46,9 +46,10 @@ class Certificate:
         velocity.
     flow_rule_gap : float
         ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
-        work they dissipate at most less the work they do; of ties, ``T_y ė`` of those that yield less their work
-        ``T ė``; and the work ``Σ |u_i r_i|`` of the equilibrium residual r.
-        It is the work by which the state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
+        work they dissipate at most (:class:`~blockstruct.limit.crushing.CrushingFlow`) less the work they do; of
+        ties, ``T_y ė`` of those that yield less their work ``T ė``; and the work ``Σ |u_i r_i|`` of the equilibrium
+        residual r. It is the work by which the state misses the flow rule, in units of the load factor, because
+        ``w_L·u = 1``.
     flow_rule_gap_limit : float
         The gap tolerance of the settings times the load factor, or times a thousandth of the work scale of the
         mechanism where that is larger.
@@ -166,6 +167,7 @@ def certify(
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
     apart = v_n + gap
+    flow = crushing.CrushingFlow.of(problem, n, biaxial=biaxial)
     sliding = rates_of_sliding(problem, x, np.column_stack([apart, v[:, 1:]]), biaxial=biaxial)
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
@@ -196,9 +198,7 @@ def certify(
     most = np.where(opening[cell] > 0, problem.tension[cell], -problem.compression[cell]) * opening[cell]
     at_cells = most + n[cell] * opening[cell]
     rates = -opening[corners]
-    at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (beyond_tension * rates).sum(
-        axis=1
-    )
+    at_rectangles = flow.dissipation(rates) - (beyond_tension * rates).sum(axis=1)
     friction = problem.torsion.by_joint(resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
     at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u) - slack)
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)

@@ -23,7 +23,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit import crushing
+from blockstruct.limit.crushing import CrushingFlow
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.torsion import UniformTorsion
 
@@ -51,20 +51,21 @@ def sliding(problem: LimitProblem, x: Array, v: Array, *, biaxial: bool) -> Arra
     biaxial
         Interaction of crushing about the two axes.
     """
+    crushes = CrushingFlow.of(problem, x[:, 0], biaxial=biaxial)
     found = problem.slip(v, x[:, 0])
     own = problem.torsion
     dilates = own.total(problem.dilatancy) > 0
     if not dilates.any() or not np.isfinite(x).all() or not np.isfinite(v).all():
         return found
     largest = float((np.linalg.norm(v, axis=1) / problem.force_unit).max())
-    flow = _Flow.of(problem, own.part(dilates), x, v, biaxial=biaxial)
+    flow = _Flow.of(problem, own.part(dilates), x, v, crushes)
     unit = np.empty(len(flow.torsion))
     unit[flow.torsion.owner] = problem.force_unit[flow.torsion.point]
     none = NONE * largest * unit * flow.force
     missed, _ = flow.missed(found[flow.torsion.point])
     chosen = np.flatnonzero(dilates)[missed > none]
     if len(chosen):
-        flow = _Flow.of(problem, own.part(np.isin(np.arange(len(own)), chosen)), x, v, biaxial=biaxial)
+        flow = _Flow.of(problem, own.part(np.isin(np.arange(len(own)), chosen)), x, v, crushes)
         found[flow.torsion.point] = flow.divided(found[flow.torsion.point], none[missed > none])
     return found
 
@@ -86,16 +87,15 @@ class _Flow:
     compression: Array
     rigid: Flags
     corners: Index
-    capacity: Array
-    biaxial: bool
+    crushes: CrushingFlow
     force: Array
 
     @classmethod
-    def of(cls, problem: LimitProblem, torsion: UniformTorsion, x: Array, v: Array, *, biaxial: bool) -> Self:
+    def of(cls, problem: LimitProblem, torsion: UniformTorsion, x: Array, v: Array, crushes: CrushingFlow) -> Self:
         at = torsion.point
         place = np.full(problem.n_points, -1)
         place[at] = np.arange(len(at))
-        mine = (place[problem.rectangles] >= 0).all(axis=1)
+        mine = np.asarray((place[problem.rectangles] >= 0).all(axis=1))
         n = x[at, 0]
         resistance = np.maximum(problem.cohesion[at] + problem.friction[at] * n, 0.0)
         return cls(
@@ -109,8 +109,7 @@ class _Flow:
             compression=problem.compression[at],
             rigid=~problem.crushes[at],
             corners=place[problem.rectangles[mine]],
-            capacity=problem.capacity[mine],
-            biaxial=biaxial,
+            crushes=crushes.part(mine),
             force=np.maximum(torsion.summed(resistance), 1.0),
         )
 
@@ -125,7 +124,7 @@ class _Flow:
         beyond = np.maximum(self.n + self.tension, 0.0) * np.sign(penetration) + price * inwards
         of_cell = np.isfinite(self.compression)
         beyond = np.where(of_cell, np.where(inwards, self.compression, -self.tension) - self.n, beyond)
-        most = crushing.hardest(penetration[self.corners], self.capacity, biaxial=self.biaxial)
+        most = self.crushes.hardest(penetration[self.corners])
         beyond[self.corners] = most - (self.n + self.tension)[self.corners]
         work = self.torsion.summed(self.resistance * rate + self.done + beyond * penetration)
         # Below zero by rounding alone: what a point dissipates grows with its sliding.

@@ -63,6 +63,8 @@ class LimitProblem:
         The supports that give way, if the case is a settlement.
     load_unit : float
         Unit of the variable load: ``w_L`` is that of the case divided by it.
+    is_associative : bool
+        Whether joints flow by the normals of their conditions.
     """
 
     A: sp.csc_array
@@ -84,6 +86,7 @@ class LimitProblem:
     torsion: UniformTorsion
     settlement: Settlement | None = None
     load_unit: float = 1.0
+    is_associative: bool = False
 
     @classmethod
     def of(cls, statics: Statics, case: Case) -> Self:
@@ -147,6 +150,7 @@ class LimitProblem:
             displacement_unit=work_unit,
             ties=ties,
             torsion=UniformTorsion.of(points),
+            is_associative=case.flow is Flow.ASSOCIATIVE,
         )
         if isinstance(case, SettlementCase):
             return problem.releasing(Settlement.of(statics, case, wrench_unit))
@@ -293,6 +297,11 @@ class LimitProblem:
         """
         own = self.held
         return replace(own, w_D=np.zeros_like(own.w_D), w_L=own.w_D, ties=own.ties.with_variable_load)
+
+    @property
+    def associated(self) -> Self:
+        """The same problem with associative flow."""
+        return replace(self, dilatancy=self.friction, is_associative=True)
 
     def unbalanced(self, x: Array, T: Array, alpha: float) -> Array:
         """``A x + Σ a_j T_j + w_D + α w_L`` of contact forces (K, 3) and tie forces (M,)."""

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit import conditions
-from blockstruct.limit.crushing import EDGE_OF_CORNER, Linearisation
+from blockstruct.limit.crushing import EDGE_OF_CORNER, EDGES, Linearisation
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem, total
 from blockstruct.limit.settings import ProcedureSettings
@@ -82,17 +82,26 @@ class ConicProgram:
         Equilibrium and strength.
     settings
         How crushing enters the program.
+    frozen
+        Whether rectangles with biaxial interaction are strips of a length that a step gives.
+    exact
+        Whether they are inside the effective rectangle.
     """
 
-    def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
+    def __init__(
+        self, problem: LimitProblem, settings: ProcedureSettings, *, frozen: bool = False, exact: bool = True
+    ) -> None:
         self.problem = problem
         self.is_linearised = settings.crushing != "conic" and len(problem.rectangles) > 0
-        biaxial = settings.crushing_interaction == "biaxial"
+        biaxial = settings.crushing_interaction == "biaxial" and len(problem.rectangles) > 0
+        #: Whether a step gives the length over which rectangles bear.
+        self.is_frozen = frozen and biaxial
+        of_cones = len(problem.rectangles) > 0 and not self.is_linearised and (exact or not biaxial)
         equilibrium = problem.A.shape[0]
         self.total = total(problem.w_L)
         self.unit = self.total / (equilibrium // 6)
 
-        of_crushing = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
+        of_crushing = conditions.n_auxiliary(problem, biaxial=biaxial) if of_cones else 0
         n_auxiliary = of_crushing + len(problem.torsion)
         n_columns = 1 + 3 * problem.n_points + n_auxiliary + len(problem.ties)
         load, auxiliary = sp.csr_array(problem.w_L[:, None] / self.unit), sp.csr_array((equilibrium, n_auxiliary))
@@ -108,7 +117,9 @@ class ConicProgram:
         cones = [conditions.sliding(problem, n_columns)]
         if self.is_linearised:
             linear.append(conditions.linearised_edges(problem, n_columns))
-        elif len(problem.rectangles):
+        if self.is_frozen:
+            cones.append(conditions.strips(problem, n_columns))
+        if of_cones:
             linear.append(conditions.edges(problem, n_columns, biaxial=biaxial))
             of_rectangles = conditions.biaxial_crushing if biaxial else conditions.crushing
             cones.append(of_rectangles(problem, n_columns))
@@ -135,6 +146,13 @@ class ConicProgram:
         self._torsion_rows = first + of_points + 3 * (len(problem.torsion) + np.arange(len(problem.torsion)))
         of_torsion = self._torsion_rows[problem.torsion.owner]
         self._torsion_entries = _position(G, of_torsion, conditions.normal_force(problem.torsion.point))
+        if self.is_frozen:
+            # The first two rows of the cone of each edge hold its normal force.
+            strips = first + 3 * (problem.n_points + np.arange(4 * len(problem.rectangles)))
+            self._strip_rows = np.stack([strips, strips + 1], axis=1)
+            of_edge = conditions.normal_force(problem.rectangles[:, EDGES]).reshape(-1, 1, 2)
+            rows, columns = np.broadcast_arrays(self._strip_rows[:, :, None], of_edge)
+            self._strip_entries = _position(G, rows.ravel(), columns.ravel()).reshape(rows.shape)
         self._edge_rows = np.arange(first - 4 * len(problem.rectangles), first)
         if self.is_linearised:
             corners = np.repeat(conditions.normal_force(problem.rectangles), 4, axis=0)
@@ -145,6 +163,7 @@ class ConicProgram:
         sliding: Sliding,
         *,
         linearisation: Linearisation | None = None,
+        bearing: Array | None = None,
         objective: Objective | None = None,
         max_load_factor: float | None = None,
         loaded: bool = True,
@@ -157,6 +176,8 @@ class ConicProgram:
             Sliding condition of each contact point.
         linearisation
             Where crushing is linearised, if it is; at the full strength by default.
+        bearing : (R, 2) array
+            Share of their length over which rectangles bear, if it is frozen; the whole length by default.
         objective
             α by default.
         max_load_factor
@@ -180,6 +201,12 @@ class ConicProgram:
             G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(slope), 1))
             pulled = np.repeat(self.problem.tension[self.problem.rectangles], 4, axis=0)
             h[self._edge_rows] = np.repeat(offset, 4) - (G[self._edge_entries] * pulled).sum(axis=1)
+        if self.is_frozen and bearing is not None:
+            # (b n_e + 1, b n_e − 1) of forces beyond the tensile strength.
+            share = np.tile(bearing, 2).reshape(-1, 1)
+            pulled = self.problem.tension[self.problem.rectangles[:, EDGES]].sum(axis=2).reshape(-1, 1)
+            G[self._strip_entries] = -share[:, :, None]
+            h[self._strip_rows] = share * pulled + [1.0, -1.0]
         q = np.zeros(self.G.shape[1])
         q[0] = -self.total / self.unit
         if objective is not None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import CAP, Sliding, frozen_sliding, true_sliding
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.program import Solver
+from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces, within
 from blockstruct.procedures.fictitious import admissible
@@ -42,13 +42,13 @@ FREE = 1e-4
 
 
 def close_path(
-    path: Path, near: Array, settings: ProcedureSettings, solver: Solver
+    path: Path, exact: ConicProgram, near: Array, lengths: Array, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
     """Exact collapse state near the last step of a path and near forces (K, 3), if its certificate holds.
 
-    The mechanism of the largest load with friction frozen at ``μ n`` of these forces, and forces that miss its flow
-    rule least. Both are conic programs, and both are first tried from the state of the path, for a fraction of
-    their time.
+    The mechanism is that of the largest load with friction frozen at ``μ n`` of these forces, and with rectangles that
+    bear over the shares (R, 2) of their lengths. Its forces, in the exact program, miss its flow rule least. Both are
+    conic programs, and both are first tried from the state of the path, for a fraction of their time.
 
     Yields
     ------
@@ -66,22 +66,23 @@ def close_path(
         for tolerance in (MECHANISM, FORCES)
     )
     caps = frozen_sliding(program.problem, near[:, 0])
-    mechanism = _mechanism_nearby(path, caps)
+    mechanism = _mechanism_nearby(path, caps, lengths)
     if mechanism is None:
-        mechanism = solve_step(program, caps, Stage.NONASSOCIATIVE, of_mechanism, solver, c0=CAP)
+        stage = Stage.NONASSOCIATIVE
+        mechanism = solve_step(program, caps, stage, of_mechanism, solver, c0=CAP, bearing=lengths)
     yield mechanism
     if not mechanism.solved:
         return mechanism
     closed = _forces_nearby(path, mechanism, near, settings)
     if closed is None:
-        closed = admissible(program, mechanism, of_forces, solver)
+        closed = admissible(exact, mechanism, near[:, 0], lengths, of_forces, solver)
     yield closed
     return closed
 
 
-def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
+def _mechanism_nearby(path: Path, caps: Sliding, lengths: Array) -> Iteration | None:
     """The mechanism by the interior-point loop from the last step, None if the loop does not find it."""
-    start, contact = perf_counter(), path.contact.rigid(caps)
+    start, contact = perf_counter(), path.contact.rigid(caps, lengths)
     nothing = np.zeros(contact.conditions.size)
     found = contact.solve(
         Step(nothing, nothing, 1.0),

@@ -41,7 +41,7 @@ def dead_load_program(
     """
     if not problem.w_D.any():
         return np.zeros(problem.n_points)
-    own = replace(problem.dead_load_alone, dilatancy=problem.friction)
+    own = problem.dead_load_alone.associated
     # Crushing enters exactly, whatever the settings: one program has no iterate to linearise about.
     program, sliding = ConicProgram(own, replace(settings, crushing="conic")), true_sliding(own)
     step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, max_load_factor=1.0)

@@ -72,7 +72,8 @@ class InteriorPointPath(Path):
             s = self._next
             # The state under dead load is so far from that of a first step that it is no guess.
             guess = self._state.scaled(s / self._step) if self._step else self._afresh(s, bound)
-            found = self._lagging().solve(
+            contact = self._lagging()
+            found = contact.solve(
                 self._memory(self._state, s),
                 guess,
                 centring=CENTRING if self._step else None,
@@ -82,7 +83,7 @@ class InteriorPointPath(Path):
             self._spent += found.iterations
             iterations += found.iterations
             if found.within(ENOUGH):
-                self._state, self._step = found.state, s
+                self._state, self._step, self._last = found.state, s, contact
                 self._total += s
                 self._next = s * self._growth
                 if not self._lags:
@@ -111,7 +112,8 @@ class InteriorPointPath(Path):
     def _lagging(self) -> ContactProblem:
         """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""
         if not self._lags:
-            return self.contact
+            frozen = self.program.is_frozen
+            return self.contact.with_conditions(self._sliding, self._next_bearing()) if frozen else self.contact
         last = np.maximum(self._state.x[self._normal], -self._problem.tension)
         half = fictitious_sliding(self._problem, last, LAG_FLOOR, -LAG)
-        return self.contact.with_sliding(half)
+        return self.contact.with_conditions(half, self._next_bearing())

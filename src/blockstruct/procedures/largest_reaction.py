@@ -18,7 +18,7 @@ def largest_reaction(problem: LimitProblem, settings: ProcedureSettings, solver:
     conditions give more. Minus infinity as the load factor says that friction may jam the structure between its
     supports by any force. Velocities and certificate are those of the opposite motion.
     """
-    own = replace(problem, w_L=-problem.w_L, dilatancy=problem.friction)
+    own = replace(problem.associated, w_L=-problem.w_L)
     program = ConicProgram(own, replace(settings, crushing="conic"))
     step = solve_step(program, true_sliding(own), Stage.LARGEST_REACTION, settings, solver)
     return replace(step, load_factor=-step.load_factor)

@@ -90,7 +90,7 @@ def _least_at(
     price = np.where(sought, ties.force_unit, 0.0) / ties.force_unit[sought].max()
     status, x, u, T = _solved(loaded, Objective(np.zeros(loaded.n_points), price=price), settings, solver)
     strength = _strength(problem, sought, T, alpha)
-    tied = replace(problem, dilatancy=problem.friction, ties=replace(ties, capacity=strength))
+    tied = replace(problem.associated, ties=replace(ties, capacity=strength))
     # Where the ties are not needed no mechanism does work on the load.
     work = float(problem.w_L @ u)
     certificate = certify(tied, x, u / work if work > 0 else u, alpha, settings, T)
@@ -118,7 +118,7 @@ def _carries(
 def _loaded(problem: LimitProblem, capacity: Array, alpha: float) -> LimitProblem:
     """The problem with flow by the friction angle, whose dead load is all of its load at a load factor."""
     ties = replace(problem.ties.at(alpha), capacity=capacity)
-    return replace(problem, dilatancy=problem.friction, w_D=problem.w_D + alpha * problem.w_L, ties=ties)
+    return replace(problem.associated, w_D=problem.w_D + alpha * problem.w_L, ties=ties)
 
 
 def _strength(problem: LimitProblem, sought: NDArray[np.bool_], tie_force: Array, alpha: float) -> Array:

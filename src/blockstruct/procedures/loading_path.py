@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from blockstruct.limit.crushing import bearing
 from blockstruct.limit.iteration import Found, Iteration
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -19,7 +20,7 @@ ATTEMPTS = 8
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
-    """Return the path of the settings, at its beginning, for a program with the exact cones of crushing."""
+    """Return the path of the settings, at its beginning, for a program of steps without dilatancy."""
     return _KINDS[settings.path_steps](program, settings)
 
 
@@ -27,7 +28,7 @@ _KINDS: dict[str, type[Path]] = {"splitting": SplittingPath, "interior point": I
 
 
 def loading_path(
-    path: Path, bound: float, settings: ProcedureSettings, solver: Solver
+    path: Path, exact: ConicProgram, bound: float, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
     """Follow the loading path to its end, and close it with an exact collapse state.
 
@@ -50,6 +51,8 @@ def loading_path(
     ----------
     path
         The path, at its beginning.
+    exact
+        The program with the exact cones of crushing.
     bound
         A load factor that the path hardly passes, infinite without one. It gives the scale of a first guess.
     settings, solver
@@ -66,7 +69,7 @@ def loading_path(
         How the path ended, and the certified state. If the load factor never settles, the last step. None if no path
         began or a step was not solved.
     """
-    end, found = yield from _followed(path, bound, settings, solver)
+    end, found = yield from _followed(path, exact, bound, settings, solver)
     (other,) = _KINDS.keys() - {settings.path_steps}
     half_steps = (type(path), settings, 2)
     other_kind = (_KINDS[other], replace(settings, path_steps=other), 1)
@@ -74,7 +77,7 @@ def loading_path(
     for kind, changed, divided in (half_steps, other_kind):
         if end is PathEnd.CLOSED and found is not None and found.settled:
             break
-        again, last = yield from _followed(kind(path.program, changed, divided), bound, changed, solver)
+        again, last = yield from _followed(kind(path.program, changed, divided), exact, bound, changed, solver)
         if again is PathEnd.CLOSED and last is not None and (end is not PathEnd.CLOSED or last.settled):
             end, found = again, last
     if end is PathEnd.CLOSED and found is not None and found is not last:
@@ -84,9 +87,9 @@ def loading_path(
 
 
 def _followed(
-    path: Path, bound: float, settings: ProcedureSettings, solver: Solver
+    path: Path, program: ConicProgram, bound: float, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
-    """Follow one path."""
+    """Follow one path, and close it by a program with the exact cones of crushing."""
     last = path.dead_load
     if last is None:
         return PathEnd.NO_DEAD_LOAD_STATE, None
@@ -101,9 +104,9 @@ def _followed(
         last = step
         if not path.has_settled(last):
             continue
-        near, missed, again = path.forces(last), np.inf, True
+        near, lengths, missed, again = path.forces(last), path.bearing, np.inf, True
         while again and attempts < ATTEMPTS:
-            closed = yield from close_path(path, near, settings, solver)
+            closed = yield from close_path(path, program, near, lengths, settings, solver)
             attempts += 1
             gap = path.gap(closed)
             if closed.certificate.holds:
@@ -114,6 +117,7 @@ def _followed(
             # much as this time, the gap should do.
             again = gap > CLOSED and gap / missed * gap <= CLOSED
             near, missed = closed.x, gap
+            lengths = bearing(path.program.problem, near[:, 0], lengths)
         exact = best is not None and best.settled and path.gap(best.state) <= CLOSED
         path.refine()
     if best is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
+from blockstruct.limit.crushing import bearing
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
@@ -31,7 +32,7 @@ class Path(ABC):
     Parameters
     ----------
     program
-        The program, with the exact cones of crushing.
+        The program, with cones of crushing whose lengths a step gives.
     settings
         Steps, and stiffness of joints that were given none.
     divided
@@ -50,6 +51,8 @@ class Path(ABC):
         State of the last step, with displacements of unit work.
     """
 
+    _state: ContactState
+
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         self.program = program
         problem = self._problem = program.problem
@@ -57,6 +60,8 @@ class Path(ABC):
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
         self.contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._settings, self._sliding = settings, true_sliding(problem)
+        #: The contacts as the last step had them.
+        self._last = self.contact
         self._first, self._growth = settings.path_step / divided, settings.path_growth ** (1 / divided)
         self._load_factors: list[tuple[float, float]] = []
         self._total, self._unit = 0.0, np.nan
@@ -94,6 +99,15 @@ class Path(ABC):
         """Solve later steps more exactly: the end that they have led to was not exact enough."""
 
     @property
+    def bearing(self) -> Array:
+        """Share of their length over which rectangles bear in the last step, (R, 2)."""
+        return self._last.bearing
+
+    def _next_bearing(self) -> Array:
+        """Share of their length over which rectangles bear in a step from the last state, (R, 2)."""
+        return bearing(self._problem, self._state.x[self._normal], self.bearing if self._load_factors else None)
+
+    @property
     def drift(self) -> tuple[float, float]:
         """Lowest and highest load factor while the displacement last grew tenfold."""
         last = [alpha for total, alpha in self._load_factors if 10 * total >= self._total]
@@ -128,7 +142,9 @@ class Path(ABC):
     def _memory(self, state: ContactState, s: float) -> Step:
         """What contacts and ties remember: friction forces, the opening of open contacts and of slack ties.
 
-        Crushing, and the yielding of ties, is forgotten.
+        Rectangles remember what they have crushed and how far they have turned; if each step forgot it, blocks whose
+        strips differ would settle away from each other without end. What cells have crushed and how far ties have
+        yielded is forgotten.
         """
         K, normal = self._problem.n_points, self._normal
         reference, opening = state.x.copy(), np.zeros_like(state.x)
@@ -136,6 +152,10 @@ class Path(ABC):
         reference[3 * K :] = 0.0
         opening[normal] = state.z.line[:K] - self.contact.compliance[normal] * state.x[normal]
         opening[self.contact.ties] = state.z.line[self.contact.slack]
+        if self.program.is_frozen:
+            of_rectangles = 0.0 * state.z
+            of_rectangles.soc[self.contact.strips] = state.z.soc[self.contact.strips]
+            opening += self._last.conditions.flow(of_rectangles)
         return Step(reference, opening, s)
 
     def _displacement(self) -> float:

@@ -164,7 +164,7 @@ def _path(program: ConicProgram, settings: ProcedureSettings) -> "Path | None":
     # Loaded here: its linear algebra is slow to import.
     from blockstruct.procedures.loading_path import path_of
 
-    return path_of(exact(program, settings), settings)
+    return path_of(of_steps(program, settings), settings)
 
 
 def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | None:
@@ -197,20 +197,22 @@ def _without_dilatancy(
     """
     # The dead-load and the associative program come before.
     left, last, end = settings.schedule.max_programs - 2, first, None
-    of_cones = exact(program, settings) if path is None else path.program
+    of_cones, steps = exact(program, settings), of_steps(program, settings)
     if path is not None:
         from blockstruct.procedures.loading_path import loading_path
 
-        end, closed = yield from loading_path(path, first.load_factor, settings, solver)
+        end, closed = yield from loading_path(path, of_cones, first.load_factor, settings, solver)
         if closed is not None:
             return closed, end
     found = None
     if settings.procedure != "shifted":
         within = min(left, settings.schedule.fallback_after - 2)
-        found, last = yield from fictitious_iteration(program, of_cones, first, settings, solver, within)
+        found, last = yield from fictitious_iteration(
+            program if program.is_linearised else steps, of_cones, first, settings, solver, within
+        )
         left -= within
     if found is None:
-        found, _ = yield from shifted_iteration(of_cones, last, settings, solver, left)
+        found, _ = yield from shifted_iteration(steps, of_cones, last, settings, solver, left)
     if found is not None and found.procedure.value != settings.procedure:
         found = replace(found, settled=False)
     return found, end
@@ -280,8 +282,15 @@ def _collapse(problem: LimitProblem, found: Found) -> Outcome:
     )
 
 
-def exact(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:
-    """The program with the exact cones of crushing."""
-    if not program.is_linearised:
+def of_steps(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:
+    """The program of steps without dilatancy: each gives the length of the strips that bear."""
+    if not len(program.problem.rectangles):
         return program
-    return ConicProgram(program.problem, replace(settings, crushing="conic"))
+    return ConicProgram(program.problem, replace(settings, crushing="conic"), frozen=True, exact=False)
+
+
+def exact(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:
+    """The program of closed states, with the exact cones of crushing."""
+    if not len(program.problem.rectangles):
+        return program
+    return ConicProgram(program.problem, replace(settings, crushing="conic"), frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.limit import crushing
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import frozen_sliding, shift_of, true_sliding
 from blockstruct.limit.iteration import Iteration, is_solved
@@ -142,7 +143,8 @@ def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings,
 
     Joints of uniform torsion slide as normal forces n (K,) near them tell.
     """
-    v = (own.A.T @ u).reshape(-1, 3)
+    v, biaxial = (own.A.T @ u).reshape(-1, 3), settings.crushing_interaction == "biaxial"
+    shift = shift_of(own, v, n) + crushing.shift(own, v, n, biaxial=biaxial)
     return solve_step(
         _exact(own, settings),
         true_sliding(own),
@@ -150,7 +152,7 @@ def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings,
         settings,
         solver,
         # The flow-rule gap is linear in the forces. The weight above one favours the whole dead load.
-        objective=Objective(shift_of(own, v, n), 2.0),
+        objective=Objective(shift, 2.0),
         max_load_factor=1.0,
         velocities=u,
     )

@@ -22,7 +22,7 @@ TOLERANCE, PATIENCE = 3e-5, 60
 #: Iterations of all steps together.
 MAX_OF_PATH = 12_000
 #: Share of the tolerance, and as many times the patience, for steps after an end that was not exact; and for all
-#: steps where rectangles crush about both axes at once, whose number a little rotation about the other axis decides.
+#: steps where rectangles crush about both axes, whose levers depend on small forces at their edges.
 CARE = 4
 #: Residual up to which a step is one.
 ENOUGH = 0.3
@@ -40,8 +40,7 @@ class SplittingPath(Path):
         super().__init__(program, settings, divided)
         self._splitting = Splitting(self.contact)
         self._step, self._balance = 0.0, 1.0
-        biaxial = settings.crushing_interaction == "biaxial" and len(self._problem.rectangles) > 0
-        self._usual = self._care = CARE if biaxial else 1
+        self._usual = self._care = CARE if program.is_frozen else 1
         self._spent = 0
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
@@ -64,11 +63,17 @@ class SplittingPath(Path):
         if self._is_at_limit or self._spent >= MAX_OF_PATH:
             self.end = PathEnd.LIMIT_REACHED
             return None
-        s = length * self._unit
+        s, before = length * self._unit, self._total / self._unit
+        memory = self._memory(self._state, s)
+        if self.program.is_frozen:
+            self._last = self.contact.with_conditions(self._sliding, self._next_bearing())
+            self._splitting = Splitting(self._last)
         try:
             found = self._splitting.solve(
-                self._memory(self._state, s),
-                self._splitting.predicted(self._state, length / self._step if self._step else 0.0),
+                memory,
+                self._splitting.predicted(
+                    self._state, length / self._step if self._step else 0.0, 1 + length / before if before else 1.0
+                ),
                 penalty=self._balance * PENALTY * length,
                 tolerance=TOLERANCE / self._care,
                 patience=PATIENCE * self._care,

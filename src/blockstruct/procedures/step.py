@@ -25,6 +25,7 @@ def solve_step(
     c0: float = 0.0,
     a: float = 0.0,
     linearisation: Linearisation | None = None,
+    bearing: Array | None = None,
     objective: Objective | None = None,
     max_load_factor: float | None = None,
     velocities: Array | None = None,
@@ -41,12 +42,18 @@ def solve_step(
         Where it stands in the procedure.
     settings, solver
         Tolerances of the certificate, and the solver.
-    linearisation, objective, max_load_factor
+    linearisation, bearing, objective, max_load_factor
         Data of the program: :meth:`ConicProgram.data`.
     velocities
         Of the state, instead of the solver's own.
     """
-    data = program.data(sliding, linearisation=linearisation, objective=objective, max_load_factor=max_load_factor)
+    data = program.data(
+        sliding,
+        linearisation=linearisation,
+        bearing=bearing,
+        objective=objective,
+        max_load_factor=max_load_factor,
+    )
     numerics = settings.numerics
     solution = solver.solve(program, data, max(numerics.solver_tolerance, numerics.step_tolerance * c0))
     alpha, x, u = program.unpack(solution)

@@ -1,7 +1,7 @@
 """The certificate recomputed: what a result says, against its own model, loads, forces and velocities."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -60,8 +60,8 @@ class _State:
         alpha = float(history["load_factor"].to_numpy()[-1])
         stage = Stage(history["stage"].to_numpy()[-1])
         if stage.is_of_dead_load:
-            dilatancy = problem.friction if stage is Stage.DEAD_LOAD else problem.dilatancy
-            problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
+            problem = problem.dead_load_alone
+            problem = problem.associated if stage is Stage.DEAD_LOAD else problem
             # The prestress grows with the share, and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
             alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))

@@ -97,10 +97,6 @@ class Splitting:
             )
             for g in own.groups
         ]
-        # The last two auxiliary variables of the effective rectangle are no forces: one grows with its strength.
-        rectangles, torsion = len(contact.problem.rectangles), len(contact.problem.torsion)
-        self._is_force = np.ones(own.size, dtype=bool)
-        self._is_force[3 * points + 2 * rectangles : contact.ties.start - torsion] = False
         self._soft = self._softness()
         self._follows = 1.0
 
@@ -122,13 +118,24 @@ class Splitting:
         nothing = 0.0 * own.identity()
         return ContactState(np.zeros(own.size), nothing, nothing, np.zeros(self._contact.A.shape[0]), 0.0)
 
-    def predicted(self, state: ContactState, ratio: float) -> ContactState:
-        """What to begin a step with that is as many times as long as the last, if everything goes on as it did."""
+    def predicted(self, state: ContactState, ratio: float, whole: float) -> ContactState:
+        """What to begin a step with if everything goes on as it did.
+
+        Parameters
+        ----------
+        state
+            Of the last step.
+        ratio, whole
+            Displacement of the step relative to the last step, and displacement after it relative to before.
+        """
         line, K = ratio * state.z.line, self._points
         # The opening of contacts is that of all steps together.
         opening, last = state.z.line[:K], (self._contact.AT @ state.u)[: 3 * K : 3]
         line[:K] = np.where(opening > 0, np.maximum(opening + ratio * last, 0.0), 0.0)
-        return ContactState(state.x, state.y, ConeVector(ratio * state.z.soc, line), state.u, state.alpha)
+        # Rectangles remember all that they have turned.
+        soc, strips = ratio * state.z.soc, self._contact.strips
+        soc[strips] = whole * state.z.soc[strips]
+        return ContactState(state.x, state.y, ConeVector(soc, line), state.u, state.alpha)
 
     def solve(
         self, step: Step, guess: ContactState, *, penalty: float, tolerance: float, patience: int
@@ -229,7 +236,7 @@ class Splitting:
         weights = self._soft.copy()
         mean = np.abs(x[: 3 * self._points : 3]).mean()
         if mean > 0:
-            forces = np.where(self._is_force, np.abs(x), 0.0)
+            forces = np.abs(x)
             for group, rows in zip(self._contact.conditions.groups, self._rows, strict=True):
                 force = forces[group.columns].max(axis=1)
                 weights[rows] *= (mean / np.maximum(force, LEAST_FORCE * mean))[:, None]

@@ -57,15 +57,17 @@ class Conditions:
         The program, with exact crushing.
     sliding
         Its sliding condition, Coulomb's by default.
+    bearing : (R, 2) array
+        Share of their length over which rectangles bear, the whole by default.
     """
 
-    def __init__(self, program: ConicProgram, sliding: Sliding | None = None) -> None:
+    def __init__(self, program: ConicProgram, sliding: Sliding | None = None, bearing: Array | None = None) -> None:
         problem, first = program.problem, program.zero_rows + 1
         # A cone of friction zero has no inside.
         true = sliding or true_sliding(problem)
         friction = np.maximum(true.slope, 1e-6)
-        forces = program.data(Sliding(true.bound, friction))
-        flow = program.data(Sliding(true.bound, problem.dilatancy))
+        forces = program.data(Sliding(true.bound, friction), bearing=bearing)
+        flow = program.data(Sliding(true.bound, problem.dilatancy), bearing=bearing)
         E, F = (
             -sp.csc_array((d.G, program.G.indices, program.G.indptr), shape=program.G.shape)[first:, 1:]
             for d in (forces, flow)

@@ -52,6 +52,8 @@ class ContactProblem:
         self._program = program
         self.problem = program.problem
         self.conditions = Conditions(program)
+        #: Share of their length over which rectangles bear, (R, 2).
+        self.bearing = np.ones((len(self.problem.rectangles), 2))
         ties, size = self.problem.ties, self.conditions.size
         auxiliary = size - compliance.size - len(ties)
         columns = [self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary)), ties.columns]
@@ -61,23 +63,26 @@ class ContactProblem:
         #: Where the forces of ties stand among the variables, and ``T' ≥ 0`` among the half-lines.
         self.ties = slice(size - len(ties), size)
         self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
+        #: Where the strips of rectangles that crush stand among the cones; empty if there are none.
+        count = 4 * len(self.problem.rectangles) if program.is_frozen else 0
+        self.strips = slice(self.problem.n_points, self.problem.n_points + count)
 
     @cached_property
     def complement(self) -> SchurComplement:
         """Pattern of what is factorised in every iteration."""
         return SchurComplement(sp.csc_array(self.A), self.conditions)
 
-    def with_sliding(self, sliding: Sliding) -> Self:
-        """The same contacts with another sliding condition."""
+    def with_conditions(self, sliding: Sliding, bearing: Array) -> Self:
+        """The same contacts with another sliding condition, and other lengths over which rectangles bear, (R, 2)."""
         other = copy(self)
-        other.conditions = Conditions(self._program, sliding)
+        other.bearing, other.conditions = bearing, Conditions(self._program, sliding, bearing)
         return other
 
-    def rigid(self, sliding: Sliding) -> Self:
-        """The same contacts without compliance, with another sliding condition."""
+    def rigid(self, sliding: Sliding, bearing: Array) -> Self:
+        """The same without compliance."""
         # Found here, the pattern is there for all that share it.
         pattern = self.complement
-        other = self.with_sliding(sliding)
+        other = self.with_conditions(sliding, bearing)
         other.compliance, other.complement = np.zeros_like(self.compliance), pattern
         return other
 
