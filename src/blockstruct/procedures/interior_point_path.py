@@ -69,7 +69,7 @@ class InteriorPointPath(Path):
         Return None if the path has ended.
         """
         start, iterations = perf_counter(), 0
-        if self._is_at_limit:
+        if self._is_at_limit(bound):
             self.end = PathEnd.LIMIT_REACHED
             return None
         for _ in range(ATTEMPTS):

@@ -21,7 +21,8 @@ Array = NDArray[np.float64]
 #: The load factor has settled within this relative range while the displacement grows tenfold. Measured on 90
 #: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
 SETTLED = 5e-3
-#: Displacement at which a path ends, in elastic displacements: beyond it, elastic strain is negligible.
+#: Displacement at which a path ends, in elastic displacements, or in those at half of the bound if they are longer.
+#: Beyond it, elastic strain is negligible.
 FURTHEST = 1e5
 
 
@@ -112,9 +113,9 @@ class Path(ABC):
         last = [alpha for total, alpha in self._load_factors if 10 * total >= self._total]
         return min(last), max(last)
 
-    @property
-    def _is_at_limit(self) -> bool:
-        return self._total >= FURTHEST * self._unit
+    def _is_at_limit(self, bound: float) -> bool:
+        half = (total for total, alpha in self._load_factors if alpha >= bound / 2)
+        return self._total >= FURTHEST * max(self._unit, next(half, 0.0))
 
     def has_settled(self, last: Iteration) -> bool:
         """Return whether the load factor has settled.

@@ -64,7 +64,7 @@ class SplittingPath(Path):
         """Solve the next step; return None if the path has ended."""
         start = perf_counter()
         length = self._growth * self._step if self._step else self._first
-        if self._is_at_limit or self._spent >= MAX_OF_PATH:
+        if self._is_at_limit(bound) or self._spent >= MAX_OF_PATH:
             self.end = PathEnd.LIMIT_REACHED
             return None
         s = length * self._unit
