@@ -114,6 +114,7 @@ class Path(ABC):
         return min(last), max(last)
 
     def _is_at_limit(self, bound: float) -> bool:
+        # A small load next to a large dead load takes many elastic displacements to its collapse.
         half = (total for total, alpha in self._load_factors if alpha >= bound / 2)
         return self._total >= FURTHEST * max(self._unit, next(half, 0.0))
 

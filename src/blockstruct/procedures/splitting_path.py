@@ -24,7 +24,7 @@ TOLERANCE, PATIENCE = 1e-5, 60
 #: Most iterations of all steps together.
 MAX_OF_PATH = 12_000
 #: Divisor of the tolerance and factor of the patience for steps after an inexact end. It applies to all steps if
-#: rectangles crush about both axes at once: a small rotation about the other axis decides how many do.
+#: rectangles crush about both axes at once: a small rotation about the other axis then decides the load factor.
 CARE = 4
 #: Largest residual of an accepted step.
 ENOUGH = 0.3

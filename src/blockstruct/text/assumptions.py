@@ -8,8 +8,6 @@ import numpy as np
 from blockstruct.model import Model
 from blockstruct.vocabulary import Torsion
 
-_NO_CRUSHING = "The compressive strength of joints and blocks is unlimited: crushing is not checked."
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scope:
