@@ -80,7 +80,7 @@ def main() -> None:
         building = perf_counter() - start
         times.append((len(blocks), *timed("wall", blocks, building)))
     start = perf_counter()
-    turned = bs.tilted(blocks, "35 deg", axis=(1, 2, 3))
+    turned = bs.structures.tilted(blocks, "35 deg", axis=(1, 2, 3))
     timed("the last, turned", turned, perf_counter() - start)
     start = perf_counter()
     solid = cubes(round(len(blocks) ** (1 / 3)))

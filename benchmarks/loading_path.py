@@ -29,15 +29,15 @@ def wall(columns: int, rows: int) -> bs.Model:
 
 def facade(*, bonded: bool) -> bs.Model:
     joints = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime mortar", 0.65)}
-    door = bs.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
-    sides = [bs.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
+    door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
+    sides = [bs.structures.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
     size = {"length": "3.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
     return model(bs.wall(**size, courses=12, openings=[door], sidewalls=sides, material=TUFF), joints)
 
 
 def dome() -> bs.Model:
     stone = bs.Material("limestone", unit_weight="22 kN/m^3")
-    blocks = bs.dome(span="8 m", thickness="60 cm", courses=6, units=10, oculus="1.6 m", material=stone)
+    blocks = bs.structures.dome(span="8 m", thickness="60 cm", courses=6, units=10, oculus="1.6 m", material=stone)
     return model(blocks, bs.JointMaterial("dry joint", 0.7))
 
 
@@ -62,7 +62,7 @@ def run(problem: LimitProblem, procedure: str) -> tuple[Outcome, list[Iteration]
             iterations.append(next(steps))
         except StopIteration as stop:
             return stop.value, iterations, process_time() - start, along
-        if iterations[-1].stage is bs.Stage.LOADING_PATH:
+        if iterations[-1].stage is bs.vocabulary.Stage.LOADING_PATH:
             # The state under dead load is found before it is shown.
             at_rest = iterations[-1].displacement == 0
             along += iterations[-1].solver_time if at_rest else process_time() - before
@@ -98,7 +98,7 @@ def main() -> None:
         once = associative(problem)
         outcome, iterations, seconds, along = run(problem, "loading path")
         gap = iterations[-1].certificate.flow_rule_gap / abs(iterations[-1].load_factor)
-        path = [i for i in iterations if i.stage is bs.Stage.LOADING_PATH]
+        path = [i for i in iterations if i.stage is bs.vocabulary.Stage.LOADING_PATH]
         count = sum(i.solver_iterations for i in path)
         other = "" if "fictitious" in words.without else f"{seconds / run(problem, 'fictitious')[2]:.2f}"
         blocks = len(problem.w_D) // 6

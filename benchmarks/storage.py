@@ -144,7 +144,7 @@ def made_up(model: bs.Model, iterations: int) -> bs.CaseResult:
         model=model,
         case=CASE,
         settings=bs.ProcedureSettings(),
-        outcome=Outcome(bs.Status.INTERRUPTED, np.nan, bs.Reason.NOT_BEGUN),
+        outcome=Outcome(bs.Status.INTERRUPTED, np.nan, bs.vocabulary.Reason.NOT_BEGUN),
         certificate=None,
         history=xr.Dataset(data, coords, history.attrs),
         started_at="",

@@ -56,7 +56,7 @@ def arch() -> Drawn:
 
 
 def dome() -> Drawn:
-    blocks = bs.dome(span="5 m", thickness="0.35 m", courses=7, units=14, oculus="1 m", material=TUFF)
+    blocks = bs.structures.dome(span="5 m", thickness="0.35 m", courses=7, units=14, oculus="1 m", material=TUFF)
     return solved("dome, pushed", blocks)
 
 
@@ -70,7 +70,7 @@ def pier_spandrel() -> Drawn:
 
 def church_front() -> Drawn:
     """A front with a portal, a round window, a gable and buttresses, which carries a nave roof and a bell."""
-    portal = bs.Opening("2 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.3 m", voussoirs=13)
+    portal = bs.structures.Opening("2 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.3 m", voussoirs=13)
     window = RoundOpening(["2.75 m", "3.75 m"], diameter="0.7 m", ring="0.2 m", voussoirs=12)
     piers = [
         Buttress(name, at=at, width="0.5 m", courses=10, projection="1 m", top_projection="0.4 m")

@@ -9,7 +9,9 @@ from blockstruct import Q_
 
 def main() -> dict[float, float]:
     stone = bs.Material("limestone", unit_weight=Q_(22, "kN/m^3"))
-    blocks = bs.dome(span=Q_(8, "m"), thickness=Q_(60, "cm"), courses=6, units=10, oculus=Q_(1.6, "m"), material=stone)
+    blocks = bs.structures.dome(
+        span=Q_(8, "m"), thickness=Q_(60, "cm"), courses=6, units=10, oculus=Q_(1.6, "m"), material=stone
+    )
     dead = bs.LoadPattern("dead", [bs.SelfWeight()])
     push = bs.LoadPattern("push +x", [bs.BodyForce((1, 0, 0))])
     case = bs.LimitCase("push +x", dead, push, "nonassociative")

@@ -11,13 +11,13 @@ from blockstruct import Q_
 def main() -> dict[tuple[str, str], float]:
     tuff = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
     joints = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime mortar", 0.65)}
-    door = bs.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
+    door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
     dead = bs.LoadPattern("dead", [bs.SelfWeight()])
     push = bs.LoadPattern("push -y", [bs.BodyForce((0, -1, 0))])
     cases = [bs.LimitCase(flow, dead, push, flow) for flow in ("associative", "nonassociative")]
     factors = {}
     for name, bonded in (("bonded", True), ("butted", False)):
-        sides = [bs.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
+        sides = [bs.structures.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
         blocks = bs.wall(
             length="3.2 m",
             courses=12,

@@ -11,8 +11,10 @@ from blockstruct import Q_
 def facade() -> bs.Model:
     tuff = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
     joints = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime mortar", 0.65)}
-    door = bs.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
-    sides = [bs.Sidewall(name, at, "1.6 m", bonded=False) for name, at in (("left", "0 m"), ("right", "3 m"))]
+    door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
+    sides = [
+        bs.structures.Sidewall(name, at, "1.6 m", bonded=False) for name, at in (("left", "0 m"), ("right", "3 m"))
+    ]
     size = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
     blocks = bs.wall(length="3.2 m", courses=12, **size, openings=[door], sidewalls=sides, material=tuff)
     return bs.Model("façade with butted sidewalls", blocks, bs.detect_interfaces(blocks, joints))
@@ -41,7 +43,7 @@ def main() -> dict[str, float]:
     tied, bare = both.with_ties["push -y"], both.without_ties["push -y"]
     print(tied.ties[["force [newton]", "capacity [newton]", "governing", "state"]].to_string())
 
-    least = bs.least_tie_force(model, case, ["left tie", "right tie"], load_factor=0.12)
+    least = bs.ties.least_tie_force(model, case, ["left tie", "right tie"], load_factor=0.12)
     print(least)
     return {
         "without": bare.load_factor,

@@ -183,7 +183,7 @@ def test_the_import_is_light():
     """Nothing heavy is loaded beyond what xarray and pint load, and the registry of units reads no definitions."""
     said = (
         "import sys, numpy, scipy, xarray, pint; before = set(sys.modules); import blockstruct; "
-        f"print(({HEAVY} - before) & set(sys.modules), type(blockstruct.ureg).__name__)"
+        f"print(({HEAVY} - before) & set(sys.modules), type(blockstruct.units.ureg).__name__)"
     )
     done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set() LazyRegistry"

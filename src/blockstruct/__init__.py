@@ -1,4 +1,4 @@
-"""Collapse load of masonry structures: rigid-block limit analysis in 3D, with units and a full history.
+"""Find the collapse load of masonry structures by rigid-block limit analysis in 3D.
 
 Define a structure:
 
@@ -18,7 +18,7 @@ Find its collapse load:
 >>> dead = bs.LoadPattern("dead", [bs.SelfWeight()])
 >>> push = bs.LoadPattern("push +y", [bs.BodyForce(direction=(0, 1, 0))])
 >>> case = bs.LimitCase("out of plane", dead=dead, variable=push, flow="nonassociative")
->>> analysis = bs.AnalysisManager(model).run([case])
+>>> analysis = bs.run(model, [case])
 >>> result = analysis["out of plane"]
 >>> print(result.status, round(result.load_factor, 4))
 converged 0.1429
@@ -31,204 +31,53 @@ Look at every iteration:
 True
 """
 
+import ast
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-from blockstruct import errors
-from blockstruct.units import Q_, ureg
-from blockstruct.vocabulary import (
-    ContactState,
-    Flow,
-    JointOrientation,
-    PathEnd,
-    Procedure,
-    Reason,
-    SolverStatus,
-    Stage,
-    Status,
-)
-
-if TYPE_CHECKING:
-    from blockstruct import assess, contacts, imports, library, results, structures, studies
-    from blockstruct.analysis import (
-        AnalysisManager,
-        least_tie_force,
-        log_to,
-        print_lines,
-        recover,
-        reproduce,
-        run,
-        ties,
-    )
-    from blockstruct.contacts import Detection, detect_interfaces
-    from blockstruct.documents import Document, read_document, write_document, write_draft
-    from blockstruct.limit import SCHEDULES, Certificate, FictitiousSchedule, Numerics, ProcedureSettings
-    from blockstruct.model import (
-        AreaLoad,
-        Block,
-        BodyForce,
-        FaceLoad,
-        FillLoad,
-        Interface,
-        JointMaterial,
-        LimitCase,
-        LineLoad,
-        LoadPattern,
-        Material,
-        Model,
-        Moment,
-        PointLoad,
-        Pushover,
-        SelfWeight,
-        SettlementCase,
-        Tie,
-        Weight,
-    )
-    from blockstruct.results import Analysis, CaseResult, Spread, compare
-    from blockstruct.storage import Archive, check_file, open_analysis, save_analysis
-    from blockstruct.structures import (
-        Opening,
-        Sidewall,
-        arch,
-        arch_on_piers,
-        barrel_vault,
-        column,
-        courses,
-        cross_vault,
-        dome,
-        pier_spandrel,
-        stack,
-        tilted,
-        wall,
-    )
-    from blockstruct.studies import study
-    from blockstruct.studies.by_direction import directions
+from blockstruct.units import Q_ as Q_
 
 __version__ = "0.1.0"
 
-__all__ = [
-    # namespaces
-    "assess",
-    "contacts",
-    "errors",
-    "imports",
-    "library",
-    "results",
-    "structures",
-    "studies",
-    "ties",
-    # units
-    "Q_",
-    "ureg",
-    # model
-    "AreaLoad",
-    "Block",
-    "BodyForce",
-    "FaceLoad",
-    "FillLoad",
-    "Interface",
-    "JointMaterial",
-    "JointOrientation",
-    "LimitCase",
-    "LineLoad",
-    "LoadPattern",
-    "Material",
-    "Model",
-    "Moment",
-    "PointLoad",
-    "Pushover",
-    "SelfWeight",
-    "SettlementCase",
-    "Tie",
-    "Weight",
-    # interfaces and documents
-    "Detection",
-    "Document",
-    "detect_interfaces",
-    "read_document",
-    "write_document",
-    "write_draft",
-    # structures
-    "Opening",
-    "Sidewall",
-    "arch",
-    "arch_on_piers",
-    "barrel_vault",
-    "column",
-    "courses",
-    "cross_vault",
-    "dome",
-    "pier_spandrel",
-    "stack",
-    "tilted",
-    "wall",
-    # analysis
-    "AnalysisManager",
-    "Flow",
-    "SCHEDULES",
-    "FictitiousSchedule",
-    "Numerics",
-    "ProcedureSettings",
-    "least_tie_force",
-    "log_to",
-    "print_lines",
-    "reproduce",
-    "directions",
-    "run",
-    "study",
-    # results
-    "Analysis",
-    "CaseResult",
-    "Spread",
-    "Certificate",
-    "ContactState",
-    "PathEnd",
-    "Procedure",
-    "Reason",
-    "SolverStatus",
-    "Stage",
-    "Status",
-    "compare",
-    # storage
-    "Archive",
-    "check_file",
-    "open_analysis",
-    "recover",
-    "save_analysis",
-]
-
-#: What is loaded when it is first asked for, to keep the import light: rooms, and the names that come from them.
-_ROOMS_LATER = {
-    "assess": (),
-    "analysis": ("AnalysisManager", "least_tie_force", "log_to", "print_lines", "recover", "reproduce", "run", "ties"),
-    "contacts": ("Detection", "detect_interfaces"),
-    "documents": ("Document", "read_document", "write_document", "write_draft"),
-    "imports": (),
-    "library": (),
-    "limit": ("SCHEDULES", "Certificate", "FictitiousSchedule", "Numerics", "ProcedureSettings"),
-    "model": (
-        *("AreaLoad", "Block", "BodyForce", "FaceLoad", "FillLoad", "Interface", "JointMaterial", "LimitCase"),
-        *("LineLoad", "LoadPattern", "Material", "Model", "Moment", "PointLoad", "Pushover", "SelfWeight"),
-        *("SettlementCase", "Tie", "Weight"),
-    ),
-    "results": ("Analysis", "CaseResult", "Spread", "compare"),
-    "storage": ("Archive", "check_file", "open_analysis", "save_analysis"),
-    "structures": (
-        *("Opening", "Sidewall", "arch", "arch_on_piers", "barrel_vault", "column", "courses", "cross_vault", "dome"),
-        *("pier_spandrel", "stack", "tilted", "wall"),
-    ),
-    "studies": ("directions", "study"),
+#: Modules of the public names, from the stub that lists the names for type checkers. A name is imported at its first
+#: use, which keeps the import light.
+_MODULES = {
+    name.name: node.module
+    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+    if isinstance(node, ast.ImportFrom)
+    for name in node.names
 }
-_LATER = {name: f"blockstruct.{room}" for room, names in _ROOMS_LATER.items() for name in names}
+#: Names that scripts may know from the top, by the namespace that lists them.
+_LISTED_ELSEWHERE = {
+    name: f"{__name__}.{namespace}"
+    for namespace, names in {
+        "analysis": "log_to",
+        "contacts": "Detection",
+        "documents": "Document write_draft",
+        "limit": "Certificate SCHEDULES",
+        "results": "Spread compare",
+        "structures": "Opening Sidewall arch_on_piers barrel_vault column cross_vault dome pier_spandrel stack tilted",
+        "analysis.ties": "least_tie_force",
+        "units": "ureg",
+        "vocabulary": "ContactState JointOrientation PathEnd Procedure Reason SolverStatus Stage",
+    }.items()
+    for name in names.split()
+}
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    if name in _ROOMS_LATER:
-        return import_module(f"blockstruct.{name}")
-    if name in _LATER:
-        return getattr(import_module(_LATER[name]), name)
-    msg = f"module {__name__!r} has no attribute {name!r}"
-    raise AttributeError(msg)
+    module = _MODULES.get(name, _LISTED_ELSEWHERE.get(name, __name__))
+    if module != __name__:
+        return getattr(import_module(module), name)
+    try:
+        return import_module(f"{__name__}.{name}")
+    except ModuleNotFoundError as error:
+        if error.name != f"{__name__}.{name}":
+            raise
+        msg = f"module {__name__!r} has no attribute {name!r}"
+        raise AttributeError(msg) from None
 
 
 def __dir__() -> list[str]:

@@ -135,7 +135,7 @@ def test_comparisons_compare_reactions(stored, model, tmp_path):
     heavier = bs.LoadPattern("dead", [bs.SelfWeight(), bs.BodyForce("-z", share=0.1)])
     cases = [bs.SettlementCase(c.name, heavier, c.supports, c.direction, flow=c.flow) for c in CASES[:1]]
     other = bs.run(model, cases, tmp_path / "beam.h5")
-    found = bs.compare(analysis, other).cases.loc["left goes down"]
+    found = bs.results.compare(analysis, other).cases.loc["left goes down"]
     assert found["load_factor"] == analysis["left goes down"].reaction.magnitude
     assert found["relative_difference"] == pytest.approx(0.1, rel=1e-5)
     tables = bs.Archive(folder).difference(bs.Archive(tmp_path)).xs("left goes down", level="case")
@@ -145,11 +145,11 @@ def test_comparisons_compare_reactions(stored, model, tmp_path):
 def test_differences_of_reactions_have_their_units(stored, call):
     analysis, folder = stored
     turned, down = (analysis[name].reaction for name in ("left turns", "left goes down"))
-    said = str(bs.compare(analysis, analysis))
+    said = str(bs.results.compare(analysis, analysis))
     assert f"left goes down: converged {down.m_as('kN'):.8g} kN, other converged {down.m_as('kN'):.8g} kN," in said
     assert f"left turns: converged {turned.m_as('kN m'):.8g} kN·m, other" in said
     assert f"push: converged {analysis['push'].load_factor:.8g}, other converged" in said
-    assert bs.compare(analysis, analysis).cases["unit"].to_list() == ["N", "N·m", ""]
+    assert bs.results.compare(analysis, analysis).cases["unit"].to_list() == ["N", "N·m", ""]
     tables = bs.Archive(folder).difference(bs.Archive(folder))
     assert tables.droplevel("path")["unit_other"].to_dict() == {"left goes down": "N", "left turns": "N·m", "push": ""}
     code, out, _ = call("diff", folder, folder)
@@ -160,8 +160,8 @@ def test_differences_of_reactions_have_their_units(stored, call):
 def test_a_case_of_one_analysis_alone_has_no_unit_in_the_other(stored):
     analysis, _ = stored
     alone = analysis.replaced(results={"push": analysis["push"]})
-    assert "left goes down: converged" in str(bs.compare(analysis, alone))
-    assert bs.compare(alone, analysis).cases["unit"].to_list() == ["", "", ""]
+    assert "left goes down: converged" in str(bs.results.compare(analysis, alone))
+    assert bs.results.compare(alone, analysis).cases["unit"].to_list() == ["", "", ""]
 
 
 def test_documents_keep_settlements(model, tmp_path):

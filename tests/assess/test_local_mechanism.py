@@ -1209,7 +1209,7 @@ def test_a_control_direction_across_the_push_is_refused(result, along):
 def test_a_control_point_at_rest_names_the_moving_blocks():
     """The arch goes as three bodies on piers that rest: a pushover of the same point would end as this one."""
     size = {"span": "3.6 m", "thickness": "0.35 m", "depth": "1 m", "pier_width": "1.1 m", "pier_height": "2.4 m"}
-    blocks = bs.arch_on_piers(voussoirs=13, pier_courses=2, material=STONE, **size)
+    blocks = bs.structures.arch_on_piers(voussoirs=13, pier_courses=2, material=STONE, **size)
     control = ("left.2", "+x")
     pushed = bs.Pushover("out of plane", SELF_WEIGHT, push(1, 0, 0), control=control, steps=3)
     found = run(model_of(blocks, DRY), pushed)

@@ -140,10 +140,10 @@ MAKE = {
         },
     ),
     "Opening": (
-        bs.Opening,
+        bs.structures.Opening,
         {"start": "1 m", "sill": "1 m", "width": "1 m", "height": "1 m", "bearing": "20 cm"},
     ),
-    "Sidewall": (bs.Sidewall, {"name": "s", "at": "0 m", "length": "1 m", "openings": (), "bonded": True}),
+    "Sidewall": (bs.structures.Sidewall, {"name": "s", "at": "0 m", "length": "1 m", "openings": (), "bonded": True}),
     "wall": (
         bs.wall,
         {
@@ -160,7 +160,7 @@ MAKE = {
         },
     ),
     "arched Opening": (
-        bs.Opening,
+        bs.structures.Opening,
         {
             "start": "1 m",
             "sill": "0 m",
@@ -202,7 +202,7 @@ MAKE = {
         },
     ),
     "pier_spandrel": (
-        bs.pier_spandrel,
+        bs.structures.pier_spandrel,
         {
             **SIZES,
             "bays": 1,
@@ -229,7 +229,7 @@ MAKE = {
     ),
     "flat arch": (bs.arch, {**RING, "depth": "20 cm", "voussoirs": 9, "rise": "0 m", "skewback": "20 deg"}),
     "arch_on_piers": (
-        bs.arch_on_piers,
+        bs.structures.arch_on_piers,
         {
             **RING,
             "depth": "20 cm",
@@ -241,12 +241,12 @@ MAKE = {
         },
     ),
     "barrel_vault": (
-        bs.barrel_vault,
+        bs.structures.barrel_vault,
         {**RING, "length": "2 m", "voussoirs": 9, "units": 2, "rise": "0.5 m", "staggered": True},
     ),
-    "cross_vault": (bs.cross_vault, {**RING, "courses": 3, "units": 3, "base": True}),
+    "cross_vault": (bs.structures.cross_vault, {**RING, "courses": 3, "units": 3, "base": True}),
     "dome": (
-        bs.dome,
+        bs.structures.dome,
         {
             **RING,
             "courses": 4,
@@ -259,12 +259,12 @@ MAKE = {
         },
     ),
     "column": (
-        bs.column,
+        bs.structures.column,
         {"height": "3 m", "diameter": "1 m", "top_diameter": "80 cm", "drums": 3, "sides": 8, "material": STONE},
     ),
-    "stack": (bs.stack, {"count": 3, "size": ["1 m"] * 3, "shift": ["1 cm", "0 m"], "material": STONE}),
+    "stack": (bs.structures.stack, {"count": 3, "size": ["1 m"] * 3, "shift": ["1 cm", "0 m"], "material": STONE}),
     "tilted": (
-        bs.tilted,
+        bs.structures.tilted,
         {"blocks": [BASE, BLOCK], "angle": "10 deg", "axis": (0, 1, 0), "about": ["0 m"] * 3},
     ),
     "AnalysisManager": (bs.AnalysisManager, {"model": MODEL, "settings": None, "listeners": (), "tags": ()}),

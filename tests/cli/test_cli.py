@@ -94,7 +94,7 @@ def test_a_history_without_a_case_lists_the_cases(call, file, small_analysis):
 def test_a_run_writes_beside_its_document(call, tmp_path):
     blocks, joint = single_block(0.5, 1.0)
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    bs.write_draft(tmp_path / "block.yaml", "block", blocks, joint, [case])
+    bs.documents.write_draft(tmp_path / "block.yaml", "block", blocks, joint, [case])
     code, _, err = call("run", tmp_path / "block.yaml", "--quiet")
     assert code == 0, err
     assert bs.open_analysis(tmp_path / "block.h5")["push"].load_factor == pytest.approx(0.5, rel=1e-6)
@@ -325,13 +325,13 @@ def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_
     assert code == 0
     assert "load factor" in err
     assert f"written: {path}" in out
-    assert bs.compare(bs.open_analysis(path), small_analysis).agrees()
+    assert bs.results.compare(bs.open_analysis(path), small_analysis).agrees()
     code, _, err = call("recover", path)
     assert code == 2
     assert "no working data" in err
     killed_run(path, small_model, small_cases)
     assert call("resume", path, "--quiet") == (0, "", "")
-    assert bs.compare(bs.open_analysis(path), small_analysis).agrees()
+    assert bs.results.compare(bs.open_analysis(path), small_analysis).agrees()
 
 
 def test_archive(call, file, tmp_path):

@@ -45,7 +45,7 @@ def test_a_gap_is_accepted_a_near_miss_or_rejected(gap, reason, near_miss):
     assert (contact.reason, contact.near_miss) == (reason, near_miss)
     assert contact.gap == pytest.approx(gap)
     assert contact.area == pytest.approx(1.0)
-    assert contact.orientation == bs.JointOrientation.HEAD
+    assert contact.orientation == bs.vocabulary.JointOrientation.HEAD
     assert [o[:2] for o in report.overlaps] == ([("a", "b")] if gap < -0.001 else [])
 
 

@@ -51,7 +51,7 @@ def test_load_factors_equal_hand_calculations(model, dead, cases):
 
 def test_the_least_tie_force_includes_the_push_on_the_roof(model, dead):
     case = bs.LimitCase("push", dead, push(1, 0, 0))
-    least = bs.least_tie_force(model, case, ["tie"], load_factor=0.5)
+    least = bs.ties.least_tie_force(model, case, ["tie"], load_factor=0.5)
     assert least.proven
     assert least.total == pytest.approx(1e3 * (0.5 * (30 * 1.5 + 10 * 3) - 40 * 0.25) / Z, rel=1e-6)
 

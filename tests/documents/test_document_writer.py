@@ -105,7 +105,7 @@ def test_detected_interfaces_cannot_be_left_out(tmp_path, model, cases):
 
 def test_a_draft_may_lack_supports(tmp_path, model, cases):
     free = [bs.Block(b.name, b.shape, b.material) for b in model.blocks]
-    path = bs.write_draft(tmp_path / "m.yaml", "free", free, LIME, cases)
+    path = bs.documents.write_draft(tmp_path / "m.yaml", "free", free, LIME, cases)
     with refused(bs.errors.ModelError, "'free' fixed=True") as refusal:
         bs.read_document(path)
     assert "6 blocks, 9 interfaces" in "".join(refusal.value.__notes__)
@@ -128,13 +128,13 @@ def test_bad_documents_are_not_written(tmp_path, model, cases):
             bs.write_document(tmp_path / name, model, written)
     blocks = [*model.blocks[:-1], bs.Block("2.3", model.blocks[-1].shape, bs.Material("tuff", "20 kN/m^3"))]
     with refused(bs.errors.ModelError, "m.yaml materials"):
-        bs.write_draft(tmp_path / "m.yaml", "two tuffs", blocks, LIME, cases)
+        bs.documents.write_draft(tmp_path / "m.yaml", "two tuffs", blocks, LIME, cases)
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["1e5", "040", "1:30", "yes", "2026-01-31", "1.1", "null", "<<", "a: b", " #"])
 def test_names_that_look_like_other_values_are_read_back(tmp_path, cases, name):
-    blocks = bs.stack(1, size=["1 m", "1 m", "1 m"], material=bs.Material(name, "20 kN/m^3"), prefix=name)
+    blocks = bs.structures.stack(1, size=["1 m", "1 m", "1 m"], material=bs.Material(name, "20 kN/m^3"), prefix=name)
     joint = bs.JointMaterial(name, 0.6)
     model = bs.Model(name, blocks, bs.detect_interfaces(blocks, joint).interfaces)
     case = bs.LimitCase(name, cases[0].dead, bs.LoadPattern(name, [bs.BodyForce((1, 0, 0))]))

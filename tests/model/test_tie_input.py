@@ -193,7 +193,7 @@ def test_least_tie_force_needs_ties_and_a_limit_case(pair):
         (MODEL, "factor -1", (case, ["tie"], -1)),
     ]:
         with refused(error, words):
-            bs.least_tie_force(tied, *arguments)
+            bs.ties.least_tie_force(tied, *arguments)
     with refused(MODEL, "'pair' ties"):
         bs.ties.with_and_without(pair, [case])
 

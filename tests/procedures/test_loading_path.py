@@ -16,7 +16,7 @@ ROWS = [[1, 1], [0.5, 1, 0.5], [1, 1]]
 @pytest.fixture(scope="module")
 def corner(tuff):
     """A wall of three courses with a return, bonded: pushed away from it, the courses slide out of one another."""
-    sides = [bs.Sidewall("left", "0 m", "0.8 m", bonded=True)]
+    sides = [bs.structures.Sidewall("left", "0 m", "0.8 m", bonded=True)]
     return bs.wall(
         length="1.2 m",
         courses=4,
@@ -30,7 +30,7 @@ def corner(tuff):
 
 def exact(result):
     assert result.status == "converged"
-    assert result.outcome.procedure is bs.Procedure.LOADING_PATH
+    assert result.outcome.procedure is bs.vocabulary.Procedure.LOADING_PATH
     assert result.certificate.flow_rule_gap <= 1e-4 * result.load_factor
     assert result.certificate.interpenetration <= 1e-4
     return result.load_factor
@@ -244,7 +244,7 @@ def test_steps_of_the_other_kind_finish_a_path(corner, dry, monkeypatch, steps, 
     expected = exact(solve(model, push(1, 0, 0), "nonassociative", path_steps=steps, **PATH))
     monkeypatch.setattr(f"blockstruct.procedures.loading_path.{failing[0]}", failing[1])
     result = solve(model, push(1, 0, 0), "nonassociative", path_steps=steps, **PATH)
-    assert (result.outcome.path_end, result.settled) == (bs.PathEnd.CLOSED, True)
+    assert (result.outcome.path_end, result.settled) == (bs.vocabulary.PathEnd.CLOSED, True)
     assert exact(result) == pytest.approx(expected, rel=5e-3)
 
 
@@ -268,7 +268,7 @@ def test_fictitious_conditions_stand_in_where_no_path_finishes(small_model, monk
         monkeypatch.setattr(f"blockstruct.procedures.loading_path.{name}", nothing)
     result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
     assert result.status == "converged"
-    assert (result.outcome.path_end, result.outcome.stands_in) == (bs.PathEnd.STEP_NOT_SOLVED, True)
+    assert (result.outcome.path_end, result.outcome.stands_in) == (bs.vocabulary.PathEnd.STEP_NOT_SOLVED, True)
     assert not result.settled
 
 
@@ -313,7 +313,10 @@ def test_a_load_factor_that_never_settles_is_no_number(corner, dry, monkeypatch,
     result = solve(model_of(corner, dry), push(0, -1, 0), "nonassociative", path_steps=steps, **PATH)
     assert result.status == "not_converged"
     assert np.isnan(result.load_factor)
-    assert (result.outcome.reason, result.outcome.path_end) == (bs.Reason.NEVER_SETTLES, bs.PathEnd.LIMIT_REACHED)
+    assert (result.outcome.reason, result.outcome.path_end) == (
+        bs.vocabulary.Reason.NEVER_SETTLES,
+        bs.vocabulary.PathEnd.LIMIT_REACHED,
+    )
     low, high = result.outcome.drift
     assert 0 < low < 0.99 * high
 
@@ -327,7 +330,7 @@ def test_a_block_that_jams_carries_any_load():
     block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), stone)
     direction = np.array([1, 0.2, 0]) / np.hypot(1, 0.2)
     result = solve(model_of([ground, block, jamb], bs.JointMaterial("dry", 0.6)), push(*direction), "nonassociative")
-    assert (result.status, result.outcome.reason) == ("unbounded", bs.Reason.GROWS_WITHOUT_LIMIT)
+    assert (result.status, result.outcome.reason) == ("unbounded", bs.vocabulary.Reason.GROWS_WITHOUT_LIMIT)
 
 
 def test_drift_is_the_range_of_the_last_load_factors(corner, dry):
@@ -442,8 +445,8 @@ def test_steps_of_strong_joints_that_crush_about_both_axes_are_solved(corner, di
 def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
     """With a door and a window the load factor hardly moves at 0.448 for a while, and ends at 0.439 whatever steps."""
     openings = [
-        bs.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="2 m"),
-        bs.Opening(start="3.6 m", sill="0.8 m", width="1.2 m", height="1.2 m"),
+        bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="2 m"),
+        bs.structures.Opening(start="3.6 m", sill="0.8 m", width="1.2 m", height="1.2 m"),
     ]
     size = {"length": "6 m", "unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
     blocks = bs.wall(**size, courses=14, openings=openings, material=tuff)
@@ -471,4 +474,4 @@ def test_an_end_that_is_not_certified_is_told(small_model, monkeypatch):
     monkeypatch.setattr("blockstruct.limit.friction.CAP", np.nan)
     result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
     assert result.status == "converged"
-    assert (result.outcome.path_end, result.settled) == (bs.PathEnd.NOT_CERTIFIED, False)
+    assert (result.outcome.path_end, result.settled) == (bs.vocabulary.PathEnd.NOT_CERTIFIED, False)

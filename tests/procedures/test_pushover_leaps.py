@@ -69,7 +69,7 @@ def test_a_curve_goes_on_behind_a_leap(voussoirs, hinges, steps):
     Before and behind, the load factor is that of a four-bar linkage. The drop, of some percents of a block, was said to
     be a fall under the dead load alone, or not found at all: the steps asked for decided on it.
     """
-    blocks = bs.arch_on_piers(
+    blocks = bs.structures.arch_on_piers(
         span="2.4 m",
         thickness="0.45 m",
         depth="0.6 m",

@@ -64,7 +64,7 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
     result = solve(model, load, "nonassociative")
     assert result.status == "depends_on_self_stress"
     assert math.isnan(result.load_factor)
-    assert result.outcome.reason is bs.Reason.DEAD_LOAD_COLLAPSES
+    assert result.outcome.reason is bs.vocabulary.Reason.DEAD_LOAD_COLLAPSES
     # The proof is a collapse state of the whole dead load: friction does as much work as the falling blocks.
     assert result.certificate.holds
     assert result.history.stage.to_numpy().tolist() == ["dead_load_collapse"]
@@ -77,7 +77,7 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
 
 
 @HANGING
-@pytest.mark.parametrize("schedule", list(bs.SCHEDULES))
+@pytest.mark.parametrize("schedule", list(bs.limit.SCHEDULES))
 def test_every_schedule_finds_what_hangs(blocks, load, schedule):
     settings = scheduled(bs.ProcedureSettings(), schedule)
     case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), load, "nonassociative")
@@ -230,7 +230,9 @@ def test_a_problem_is_the_sum_of_its_groups():
     ]
     settings = bs.ProcedureSettings()
     found = [
-        solve_step(ConicProgram(p, settings), true_sliding(p), bs.Stage.ASSOCIATIVE, settings, solver_of(settings))
+        solve_step(
+            ConicProgram(p, settings), true_sliding(p), bs.vocabulary.Stage.ASSOCIATIVE, settings, solver_of(settings)
+        )
         for p in (problem, *parts)
     ]
     assert all(step.solved for step in found)
@@ -281,7 +283,10 @@ def test_programs_are_counted_as_recorded(small_model):
         small_model, push(1, 0, 0), "nonassociative", procedure="fictitious", max_programs=6, gap_tolerance=1e-12
     )
     assert result.status == "not_converged"
-    assert (result.outcome.reason, result.outcome.programs) == (bs.Reason.NO_CERTIFICATE, result.n_iterations)
+    assert (result.outcome.reason, result.outcome.programs) == (
+        bs.vocabulary.Reason.NO_CERTIFICATE,
+        result.n_iterations,
+    )
 
 
 def test_what_has_not_converged_keeps_its_best_admissible_state(small_model):

@@ -36,7 +36,7 @@ def test_an_opened_analysis_is_the_same(small_analysis, tmp_path, again):
 
 @ways()
 def test_a_spread_is_the_same(small_analysis, again):
-    spread = bs.Spread({"as given": next(iter(small_analysis.values()))}, None)
+    spread = bs.results.Spread({"as given": next(iter(small_analysis.values()))}, None)
     assert str(again(spread)) == str(spread)
     with pytest.raises(TypeError):
         again(spread).runs["another"] = None

@@ -123,7 +123,7 @@ def test_the_interface_that_crushes_under_dead_load_is_named():
 def test_spread(every_schedule, tmp_path):
     stored = bs.open_analysis(bs.save_analysis(every_schedule, tmp_path / "spread.h5"))
     for spread in (every_schedule.spread("push"), stored.spread("push")):
-        assert set(spread.runs) == {"as given", *bs.SCHEDULES} - {"loading path"}
+        assert set(spread.runs) == {"as given", *bs.limit.SCHEDULES} - {"loading path"}
         factors = [r.load_factor for r in spread.runs.values() if r.settled]
         assert (spread.lowest.load_factor, spread.highest.load_factor) == (min(factors), max(factors))
         assert spread.highest.load_factor <= spread.upper_bound.load_factor * (1 + 1e-6)
@@ -154,7 +154,7 @@ def test_the_shift_takes_over(small_model):
     result = solve(small_model, push(1, 0, 0), "nonassociative", procedure="fictitious", fallback_after=4)
     assert result.status == "converged"
     assert result.certificate.holds
-    assert result.outcome.procedure is bs.Procedure.SHIFTED
+    assert result.outcome.procedure is bs.vocabulary.Procedure.SHIFTED
     assert list(np.unique(result.history.stage)) == ["admissible", "associative", "nonassociative", "shifted"]
 
 

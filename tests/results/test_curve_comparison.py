@@ -33,7 +33,7 @@ def ending(whole, n):
 
 
 def test_the_same_curve_in_half_the_steps(rocking):
-    found = bs.compare(rocking, analysis(24))
+    found = bs.results.compare(rocking, analysis(24))
     row = found.cases.loc["push"]
     assert not row["same_question"]
     assert row["d0"] == pytest.approx(0.15, rel=1e-4)
@@ -46,7 +46,7 @@ def test_the_same_curve_in_half_the_steps(rocking):
 
 def test_curves_of_other_points_part(rocking):
     """The top of the block goes twice as far as its centroid, and further still."""
-    found = bs.compare(rocking, analysis(control_point=Q_([0.3, 0.5, 1.5], "m")))
+    found = bs.results.compare(rocking, analysis(control_point=Q_([0.3, 0.5, 1.5], "m")))
     row = found.cases.loc["push"]
     assert row["d0_other"] == pytest.approx(1.5 * np.sin(np.arctan(0.2)), rel=1e-4)
     # α falls to its 99th hundredth where the two have gone some hundredths of their ways.
@@ -58,19 +58,19 @@ def test_curves_of_other_points_part(rocking):
 
 
 def test_one_that_ends_before_the_load_factor_is_zero(rocking):
-    found = bs.compare(rocking, ending(rocking, 6))
+    found = bs.results.compare(rocking, ending(rocking, 6))
     assert found.cases.loc["push", "curve_difference"] == np.inf
     assert not found.agrees()
     assert "the load factor is zero at a displacement of 0.15 m; other: blocks fall" in str(found)
-    earlier = bs.compare(ending(rocking, 8), ending(rocking, 6)).cases.loc["push", "curve_difference"]
+    earlier = bs.results.compare(ending(rocking, 8), ending(rocking, 6)).cases.loc["push", "curve_difference"]
     d = rocking["push"].capacity["displacement"].to_numpy()
     assert earlier == pytest.approx(1 - d[5] / d[7])
 
 
 def test_a_case_without_a_curve(rocking):
     without = rocking.replaced(results={"push": replace(rocking["push"], capacity=None)})
-    assert bs.compare(rocking, without).cases.loc["push", "curve_difference"] == np.inf
-    assert bs.compare(without, without).agrees(0)
+    assert bs.results.compare(rocking, without).cases.loc["push", "curve_difference"] == np.inf
+    assert bs.results.compare(without, without).agrees(0)
 
 
 def test_a_pushover_is_reproduced(rocking, tmp_path):

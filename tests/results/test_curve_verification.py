@@ -245,7 +245,7 @@ def test_forces_that_are_not_kept_contradict_nothing():
     """Voussoirs that drop are fast, and forces too small to be kept do more there than a millionth of other work."""
     stone = bs.Material("stone", "20 kN/m^3")
     sizes = {"span": "2 m", "thickness": "0.313 m", "depth": "0.5 m", "pier_width": "0.72 m", "pier_height": "0.8 m"}
-    blocks = bs.arch_on_piers(voussoirs=7, pier_courses=2, material=stone, **sizes)
+    blocks = bs.structures.arch_on_piers(voussoirs=7, pier_courses=2, material=stone, **sizes)
     model = model_of(blocks, bs.JointMaterial("dry", 0.81))
     case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("4", (1, 0, 0)), steps=15)
     pushed = bs.run(model, case)

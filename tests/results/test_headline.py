@@ -21,10 +21,13 @@ def test_a_spread_gives_the_range_of_the_path_and_never_moves_the_headline(every
     assert list(every_schedule.headlines) == ["push"]
     assert spread.given is given
     assert spread.load_factor == given.load_factor == spread.headline.load_factor
-    paths = [r for r in spread.runs.values() if r.outcome.procedure is bs.Procedure.LOADING_PATH]
+    paths = [r for r in spread.runs.values() if r.outcome.procedure is bs.vocabulary.Procedure.LOADING_PATH]
     assert len(paths) == 4
     assert given.path_dependence == (min(r.load_factor for r in paths), max(r.load_factor for r in paths))
-    assert {r.outcome.procedure for r in spread.runs.values()} > {bs.Procedure.FICTITIOUS, bs.Procedure.SHIFTED}
+    assert {r.outcome.procedure for r in spread.runs.values()} > {
+        bs.vocabulary.Procedure.FICTITIOUS,
+        bs.vocabulary.Procedure.SHIFTED,
+    }
     assert spread.upper_bound.load_factor == pytest.approx(given.associative_load_factor, rel=1e-6)
     assert given.headline.lowest == given.path_dependence[0]
 
@@ -94,13 +97,21 @@ def test_a_schedule_never_raises_the_number_of_programs():
 
 
 def test_every_end_has_its_sentence():
-    assert [reason for reason in bs.Reason if not why(Outcome(bs.Status.CONVERGED, 0.3, reason), LOAD_FACTOR)] == []
+    assert [
+        reason for reason in bs.vocabulary.Reason if not why(Outcome(bs.Status.CONVERGED, 0.3, reason), LOAD_FACTOR)
+    ] == []
     for status in bs.Status:
-        outcome = Outcome(status, 0.3, bs.Reason.NO_CERTIFICATE, bs.Procedure.FICTITIOUS, path_end=bs.PathEnd.CLOSED)
+        outcome = Outcome(
+            status,
+            0.3,
+            bs.vocabulary.Reason.NO_CERTIFICATE,
+            bs.vocabulary.Procedure.FICTITIOUS,
+            path_end=bs.vocabulary.PathEnd.CLOSED,
+        )
         assert sentence(outcome, LOAD_FACTOR)
-    ends = [bs.PathEnd.CLOSED, *bs.PathEnd]
-    found = Outcome(bs.Status.CONVERGED, 0.3, bs.Reason.CERTIFIED, bs.Procedure.FICTITIOUS)
-    assert len({sentence(replace(found, path_end=end), LOAD_FACTOR) for end in ends}) == len(bs.PathEnd)
+    ends = [bs.vocabulary.PathEnd.CLOSED, *bs.vocabulary.PathEnd]
+    found = Outcome(bs.Status.CONVERGED, 0.3, bs.vocabulary.Reason.CERTIFIED, bs.vocabulary.Procedure.FICTITIOUS)
+    assert len({sentence(replace(found, path_end=end), LOAD_FACTOR) for end in ends}) == len(bs.vocabulary.PathEnd)
 
 
 def test_the_certificate_has_a_sentence_for_every_status(small_analysis):

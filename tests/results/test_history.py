@@ -140,7 +140,7 @@ def test_resultants_take_selections(result):
 
 def test_states_are_of_the_vocabulary(result):
     parts = {part for state in np.unique(result.states) for part in state.split(" + ")}
-    assert parts <= {s.value for s in bs.ContactState}
+    assert parts <= {s.value for s in bs.vocabulary.ContactState}
     assert (result.states.isel(iteration=-1) == "sliding").any()
 
 

@@ -11,7 +11,7 @@ import blockstruct as bs
 def objects(small_model, small_analysis):
     found = bs.detect_interfaces(small_model.blocks, joint_material=bs.JointMaterial("dry", 0.6))
     result = next(iter(small_analysis.values()))
-    spread = bs.Spread({"as given": result}, None)
+    spread = bs.results.Spread({"as given": result}, None)
     return small_model, found.report, found, small_analysis, result, spread
 
 

@@ -249,7 +249,7 @@ NOT_COMPARED = (
 def test_reproduce_compares_more_than_load_factors(small_analysis, lie):
     changes, _ = LIES[lie]
     lying = tampered(small_analysis, **changes(small_analysis))
-    assert not bs.compare(lying, small_analysis).agrees(1e-3)
+    assert not bs.results.compare(lying, small_analysis).agrees(1e-3)
 
 
 def test_reproduce_agrees_with_itself(small_analysis):
@@ -261,7 +261,7 @@ def test_reproduce_agrees_with_itself(small_analysis):
 
 def test_forces_alone_make_a_difference(small_analysis):
     lying = tampered(small_analysis, history=last("contact_force", "1.1"))
-    found = bs.compare(small_analysis, lying)
+    found = bs.results.compare(small_analysis, lying)
     assert found.cases.loc[NAME, "force_difference"] == pytest.approx(0.1 / 1.1)
     assert not found.agrees()
     assert found.agrees(state_rtol=np.inf)

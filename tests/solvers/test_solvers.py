@@ -112,7 +112,7 @@ def test_infeasible_steps_raise_the_cohesion(small_model, monkeypatch):
         solution = honest(self, program, numbers, tolerance)
         calls.append(1)
         if len(calls) == 5:
-            object.__setattr__(solution, "status", bs.SolverStatus.INFEASIBLE)
+            object.__setattr__(solution, "status", bs.vocabulary.SolverStatus.INFEASIBLE)
         return solution
 
     monkeypatch.setattr(ClarabelSolver, "solve", sometimes)

@@ -23,7 +23,10 @@ def resultant(model, *loads):
 def room():
     """Four walls of 0.5 m about a room of 3 m by 4 m, with joints in plan of their own."""
     size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
-    sides = [bs.Sidewall("left", at="0 m", length="4.5 m"), bs.Sidewall("right", at="3.5 m", length="4.5 m")]
+    sides = [
+        bs.structures.Sidewall("left", at="0 m", length="4.5 m"),
+        bs.structures.Sidewall("right", at="3.5 m", length="4.5 m"),
+    ]
     return model_of(bs.wall(length="4 m", courses=4, sidewalls=sides, **size), DRY)
 
 
@@ -160,7 +163,7 @@ def test_fill_on_an_arch_weighs_what_is_above_the_extrados():
 
 def test_fill_on_a_cross_vault_is_what_is_above_its_highest_faces():
     """Summed up independently, over a fine grid of points in plan."""
-    model = model_of(bs.cross_vault(span="4 m", thickness="0.3 m", courses=4, units=2, material=STONE), DRY)
+    model = model_of(bs.structures.cross_vault(span="4 m", thickness="0.3 m", courses=4, units=2, material=STONE), DRY)
     low, high = np.array([-2, -2, 0.2]), np.array([2, 2, 3])
     found = carried_weights(model, bs.LoadPattern("d", [bs.FillLoad("10 kN/m^3", Q_(low, "m"), Q_(high, "m"))]))
     n = 60
@@ -257,7 +260,7 @@ def test_wind_as_pressure_and_suction():
 
 def test_weights_move_with_the_structure():
     """Loads and structure shifted together give the same wrenches; other units the same loads."""
-    blocks = bs.arch_on_piers(
+    blocks = bs.structures.arch_on_piers(
         span="4 m", thickness="0.5 m", depth="1 m", voussoirs=9, pier_width="1 m", pier_height="2 m", pier_courses=2,
         material=STONE,
     )  # fmt: skip

@@ -80,7 +80,9 @@ class Unreliable(ClarabelSolver):
 
     def solve(self, program, numbers, tolerance):
         solution = super().solve(program, numbers, tolerance)
-        return solution if next(self.next) else dataclasses.replace(solution, status=bs.SolverStatus.INFEASIBLE)
+        return (
+            solution if next(self.next) else dataclasses.replace(solution, status=bs.vocabulary.SolverStatus.INFEASIBLE)
+        )
 
 
 @pytest.mark.parametrize(
@@ -293,7 +295,7 @@ def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole, killed):
     journal.write_bytes(b"".join(records(journal)[:-1]))
     found = bs.recover(path)["sideways"]
     assert found.n_iterations == before - 1
-    assert (found.outcome.reason, found.n_iterations) == (bs.Reason.KILLED, before - 1)
+    assert (found.outcome.reason, found.n_iterations) == (bs.vocabulary.Reason.KILLED, before - 1)
     check_resumed(path, whole)
 
 

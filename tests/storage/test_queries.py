@@ -99,12 +99,12 @@ def test_forces_and_resultants_of_an_interface(history, small_analysis):
     plain = history.blockstruct.contact_forces(name, plain=True)
     np.testing.assert_array_equal(plain, history.contact_force.values[:, index])
     quantity = history.blockstruct.contact_forces(name)
-    assert quantity.units == bs.ureg.newton
+    assert quantity.units == bs.units.ureg.newton
     np.testing.assert_array_equal(quantity.magnitude, plain)
     expected = small_analysis[NAME].resultants.isel(interface=3)
     for key, values in history.blockstruct.resultants(name, plain=True).items():
         np.testing.assert_allclose(values, expected[key].values, rtol=1e-12, atol=1e-12)
-    assert history.blockstruct.resultants(name)["moment"].units == bs.ureg.newton * bs.ureg.meter
+    assert history.blockstruct.resultants(name)["moment"].units == bs.units.ureg.newton * bs.units.ureg.meter
 
 
 def test_quantities(history):
@@ -186,12 +186,12 @@ def test_bad_questions(history, ask, words):
 
 
 def test_two_analyses(small_analysis, small_model, small_cases):
-    same = bs.compare(small_analysis, small_analysis)
+    same = bs.results.compare(small_analysis, small_analysis)
     assert same.agrees(0)
     assert not same.versions
     settings = settings_of(procedure="fictitious", slope=0.2)
     other = bs.AnalysisManager(small_model, settings=settings).run(small_cases[1:])
-    found = bs.compare(small_analysis, other)
+    found = bs.results.compare(small_analysis, other)
     assert found.same_model
     assert not found.agrees()
     assert found.cases.loc["push associative", "status_other"] == "missing"
@@ -204,10 +204,10 @@ def test_two_analyses(small_analysis, small_model, small_cases):
     block = model_of(*single_block(0.5, 1.0))
     case = bs.LimitCase(NAME, SELF_WEIGHT, push(0, 0, -1), "associative")
     unbounded = bs.AnalysisManager(block).run([case])
-    different = bs.compare(small_analysis, unbounded)
+    different = bs.results.compare(small_analysis, unbounded)
     assert not different.same_model
     assert "of forces not comparable, of the mechanism not comparable" in str(different)
-    assert bs.compare(unbounded, unbounded).agrees(0)
+    assert bs.results.compare(unbounded, unbounded).agrees(0)
 
 
 def test_a_stored_analysis_is_reproduced(small_analysis, tmp_path):

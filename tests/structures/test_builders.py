@@ -64,14 +64,14 @@ PIERS = ARCH | {"pier_width": "1 m", "pier_height": "2 m", "pier_courses": 3, "v
 
 @pytest.mark.parametrize(("rise", "springers"), [("1 m", 2), (None, 0), ("3 m", 0), ("0 m", 2)])
 def test_arches_on_piers_have_springers_if_inclined(rise, springers):
-    blocks = bs.arch_on_piers(**PIERS, rise=rise)
+    blocks = bs.structures.arch_on_piers(**PIERS, rise=rise)
     assert sum("springer" in b.name for b in blocks) == springers
     assert checked(blocks).accepted == 2 * 3 + springers + 11
 
 
 def test_a_barrel_vault_has_the_volume_of_its_arch_times_its_length():
     size = {"span": "4 m", "thickness": "0.5 m", "material": STONE, "voussoirs": 9}
-    vault = bs.barrel_vault(**size, length="3 m", units=4)
+    vault = bs.structures.barrel_vault(**size, length="3 m", units=4)
     assert volume(vault) == pytest.approx(3 * volume(bs.arch(**size, depth="1 m")), rel=1e-12)
     heads = 5 * 3 + 4 * 4
     beds = 8 * 8 + 4 + 4
@@ -83,7 +83,7 @@ def test_a_barrel_vault_has_the_volume_of_its_arch_times_its_length():
 @pytest.mark.parametrize("rise", [None, "5 m"])
 def test_a_dome_has_the_contacts_of_its_closed_form(staggered, a_unit, keystone, rise):
     rings, n = 4, 8
-    blocks = bs.dome(
+    blocks = bs.structures.dome(
         span="8 m", thickness="0.8 m", courses=rings, units=n, oculus="2 m", material=STONE,
         staggered=staggered, keystone=keystone, rise=rise,
     )  # fmt: skip
@@ -95,7 +95,9 @@ def test_a_dome_has_the_contacts_of_its_closed_form(staggered, a_unit, keystone,
 
 
 def test_the_volume_of_a_fine_dome_converges_to_the_shell():
-    blocks = bs.dome(span="8 m", thickness="1 m", courses=24, units=40, oculus="2 m", material=STONE, staggered=False)
+    blocks = bs.structures.dome(
+        span="8 m", thickness="1 m", courses=24, units=40, oculus="2 m", material=STONE, staggered=False
+    )
     # A spherical shell from the springing up to a cone with its apex at the centre.
     exact = 2 / 3 * math.pi * (5**3 - 4**3) * math.sqrt(1 - (1 / 4) ** 2)
     assert volume(blocks) == pytest.approx(exact, rel=6e-3)
@@ -103,7 +105,7 @@ def test_the_volume_of_a_fine_dome_converges_to_the_shell():
 
 
 def test_a_cross_vault_is_symmetric_and_closed():
-    blocks = bs.cross_vault(span="4 m", thickness="0.5 m", courses=6, units=4, material=STONE)
+    blocks = bs.structures.cross_vault(span="4 m", thickness="0.5 m", courses=6, units=4, material=STONE)
     checked(blocks)
     free = [b for b in blocks if not b.fixed]
     centre = sum(b.volume * b.centroid for b in free) / volume(free)
@@ -116,7 +118,7 @@ def test_a_cross_vault_is_symmetric_and_closed():
 
 
 def test_a_tapered_column():
-    blocks = bs.column(height="6 m", diameter="1 m", top_diameter="0.8 m", drums=5, sides=24, material=STONE)
+    blocks = bs.structures.column(height="6 m", diameter="1 m", top_diameter="0.8 m", drums=5, sides=24, material=STONE)
     assert checked(blocks).accepted == 5
     area = 24 / 2 * math.sin(2 * math.pi / 24)
     assert volume(blocks) == pytest.approx(area * 6 * (0.5**2 + 0.5 * 0.4 + 0.4**2) / 3, rel=1e-3)
@@ -124,20 +126,20 @@ def test_a_tapered_column():
 
 @pytest.mark.parametrize("shift", [bs.Q_([5, -1], "cm"), "[5, -1] cm", [bs.Q_(5, "cm"), "-1 cm"]])
 def test_the_shift_of_a_stack_takes_any_form_of_vector(shift):
-    second = bs.stack(2, size=["0.4 m", "0.3 m", "0.2 m"], shift=shift, material=STONE)[2]
+    second = bs.structures.stack(2, size=["0.4 m", "0.3 m", "0.2 m"], shift=shift, material=STONE)[2]
     np.testing.assert_allclose(second.shape.vertices.min(axis=0), [0.05, -0.01, 0.2], atol=1e-15)
 
 
 def test_shifted_and_tilted_stacks():
-    straight = bs.stack(3, size=["0.4 m", "0.3 m", "0.2 m"], shift=["5 cm", "-1 cm"], material=STONE)
+    straight = bs.structures.stack(3, size=["0.4 m", "0.3 m", "0.2 m"], shift=["5 cm", "-1 cm"], material=STONE)
     assert checked(straight).total_area == pytest.approx(0.4 * 0.3 + 2 * 0.35 * 0.29)
-    there = bs.tilted(straight, "20 deg", axis=(1, 2, 0), about=["1 m", "0 m", "0 m"])
+    there = bs.structures.tilted(straight, "20 deg", axis=(1, 2, 0), about=["1 m", "0 m", "0 m"])
     assert checked(there).total_area == pytest.approx(0.4 * 0.3 + 2 * 0.35 * 0.29)
-    back = bs.tilted(there, "-20 deg", axis=(1, 2, 0), about=["1 m", "0 m", "0 m"])
+    back = bs.structures.tilted(there, "-20 deg", axis=(1, 2, 0), about=["1 m", "0 m", "0 m"])
     for one, other in zip(straight, back, strict=True):
         assert other.shape.vertices == pytest.approx(one.shape.vertices, abs=1e-12)
     # About +y the top moves towards +x.
-    assert bs.tilted(straight, "5 deg")[3].centroid[0] > straight[3].centroid[0]
+    assert bs.structures.tilted(straight, "5 deg")[3].centroid[0] > straight[3].centroid[0]
 
 
 def test_a_plain_wall_equals_its_courses():
@@ -149,11 +151,11 @@ def test_a_plain_wall_equals_its_courses():
         assert one.shape.vertices == pytest.approx(other.shape.vertices, abs=1e-12)
 
 
-DOOR = bs.Opening("1.2 m", "0 m", "0.8 m", "1.6 m")
+DOOR = bs.structures.Opening("1.2 m", "0 m", "0.8 m", "1.6 m")
 RETURNS = [
-    bs.Sidewall("left", "0 m", "2 m"),
-    bs.Sidewall("right", "3 m", "2 m"),
-    bs.Sidewall("cross", "2.2 m", "1.1 m"),
+    bs.structures.Sidewall("left", "0 m", "2 m"),
+    bs.structures.Sidewall("right", "3 m", "2 m"),
+    bs.structures.Sidewall("cross", "2.2 m", "1.1 m"),
 ]
 
 
@@ -170,7 +172,7 @@ def test_a_facade_with_sidewalls_has_the_exact_volume():
 
 def test_bonded_sidewalls_extend_through_every_second_course():
     for bonded, reach in ((True, 0.0), (False, 0.2)):
-        sides = [bs.Sidewall("side", "0 m", "2 m", bonded=bonded)]
+        sides = [bs.structures.Sidewall("side", "0 m", "2 m", bonded=bonded)]
         blocks = bs.wall(length="3.2 m", courses=4, sidewalls=sides, **BRICK)
         least = [by_name(blocks, f"side.{j}.1").shape.vertices[:, 1].min() for j in (1, 2)]
         assert least == pytest.approx([0.2, reach])
@@ -178,7 +180,9 @@ def test_bonded_sidewalls_extend_through_every_second_course():
 
 
 def test_no_piece_of_a_wall_is_shorter_than_a_quarter_of_a_unit():
-    odd = bs.wall(length="3.33 m", courses=6, openings=[bs.Opening("0.97 m", "0.4 m", "0.5 m", "0.4 m")], **BRICK)
+    odd = bs.wall(
+        length="3.33 m", courses=6, openings=[bs.structures.Opening("0.97 m", "0.4 m", "0.5 m", "0.4 m")], **BRICK
+    )
     checked(odd)
     assert min(np.ptp(b.shape.vertices[:, 0]) for b in odd) >= 0.1
     assert volume(odd) == pytest.approx(0.2 * (3.33 * 1.2 - 0.5 * 0.4))
@@ -216,27 +220,33 @@ CUBE = {"size": ["1 m", "1 m", "1 m"], "material": STONE}
         ("arch voussoirs 4.5 whole", lambda: bs.arch(**ARCH, voussoirs=4.5)),
         ("arch span 4 unit", lambda: bs.arch(**ARCH | {"span": 4}, voussoirs=5)),
         ("arch skewback 80 deg", lambda: bs.arch(**ARCH, voussoirs=5, rise="0 m", skewback="80 deg")),
-        ("arch_on_piers pier_width 0.4 m 0.5 m", lambda: bs.arch_on_piers(**PIERS | {"pier_width": "0.4 m"})),
+        (
+            "arch_on_piers pier_width 0.4 m 0.5 m",
+            lambda: bs.structures.arch_on_piers(**PIERS | {"pier_width": "0.4 m"}),
+        ),
         ("dome rise 3 m 4 m", lambda: dome(rise="3 m")),
         ("dome oculus span", lambda: dome(oculus="8 m")),
         ("dome units 2 3", lambda: dome(units=2)),
         ("spandrel_height 0.5 m 0.2 m", lambda: spandrels(spandrel_height="0.5 m")),
-        ("stack count 0 1", lambda: bs.stack(0, **CUBE)),
-        ("stack count 1000000000 100000", lambda: bs.stack(10**9, **CUBE)),
-        ("tilted axis", lambda: bs.tilted([], "5 deg", axis=(0, 0, 0))),
+        ("stack count 0 1", lambda: bs.structures.stack(0, **CUBE)),
+        ("stack count 1000000000 100000", lambda: bs.structures.stack(10**9, **CUBE)),
+        ("tilted axis", lambda: bs.structures.tilted([], "5 deg", axis=(0, 0, 0))),
         ("wall blocks 100000", lambda: bs.wall(**BRICK, length="1e5 m", courses=12)),
         ("wall length 1e+12 m 1e+06 m", lambda: bs.wall(**BRICK, length="1e9 km", courses=12)),
         ("wall prefix 3", lambda: wall(prefix=3)),
         ("wall base 'no' True", lambda: wall(base="no")),
         ("wall material 'tuff' Material", lambda: bs.wall(**BRICK | {"material": "tuff"}, length="1 m", courses=2)),
-        ("opening 1 3.8 m 3.2 m", lambda: wall(openings=[bs.Opening("3 m", **OPENING)])),
-        ("opening 1 sill 0.3 m", lambda: wall(openings=[bs.Opening("1 m", **OPENING | {"sill": "0.3 m"})])),
-        ("opening 1 head 9 m 2.4 m", lambda: wall(openings=[bs.Opening("1 m", **OPENING | {"height": "9 m"})])),
-        ("opening 2 overlaps 1.2 m", lambda: wall(openings=[DOOR, bs.Opening("1 m", **OPENING)])),
-        ("opening start -1 m", lambda: bs.Opening("-1 m", **OPENING)),
-        ("'s' 3.1 m 3 m", lambda: wall(sidewalls=[bs.Sidewall("s", "3.1 m", "1 m")])),
-        ("'s' opening 1.2 m", lambda: wall(sidewalls=[bs.Sidewall("s", "1.3 m", "1 m")], openings=[DOOR])),
-        ("'b' 'a' 0.1 m", lambda: wall(sidewalls=[bs.Sidewall(n, "0.1 m", "1 m") for n in "ab"])),
+        ("opening 1 3.8 m 3.2 m", lambda: wall(openings=[bs.structures.Opening("3 m", **OPENING)])),
+        ("opening 1 sill 0.3 m", lambda: wall(openings=[bs.structures.Opening("1 m", **OPENING | {"sill": "0.3 m"})])),
+        (
+            "opening 1 head 9 m 2.4 m",
+            lambda: wall(openings=[bs.structures.Opening("1 m", **OPENING | {"height": "9 m"})]),
+        ),
+        ("opening 2 overlaps 1.2 m", lambda: wall(openings=[DOOR, bs.structures.Opening("1 m", **OPENING)])),
+        ("opening start -1 m", lambda: bs.structures.Opening("-1 m", **OPENING)),
+        ("'s' 3.1 m 3 m", lambda: wall(sidewalls=[bs.structures.Sidewall("s", "3.1 m", "1 m")])),
+        ("'s' opening 1.2 m", lambda: wall(sidewalls=[bs.structures.Sidewall("s", "1.3 m", "1 m")], openings=[DOOR])),
+        ("'b' 'a' 0.1 m", lambda: wall(sidewalls=[bs.structures.Sidewall(n, "0.1 m", "1 m") for n in "ab"])),
     ],
 )
 def test_refused_structures(words, make):
@@ -245,7 +255,7 @@ def test_refused_structures(words, make):
 
 
 def dome(**sizes):
-    return bs.dome(
+    return bs.structures.dome(
         **{"span": "8 m", "thickness": "1 m", "courses": 4, "units": 8, "oculus": "2 m", "material": STONE} | sizes
     )
 
@@ -256,4 +266,4 @@ def wall(**parts):
 
 def spandrels(**sizes):
     size = {"pier_width": "1 m", "opening_width": "0.8 m", "opening_height": "1.2 m", "spandrel_height": "0.6 m"}
-    return bs.pier_spandrel(**{"bays": 3, "storeys": 2, **size, **BRICK} | sizes)
+    return bs.structures.pier_spandrel(**{"bays": 3, "storeys": 2, **size, **BRICK} | sizes)

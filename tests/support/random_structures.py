@@ -143,7 +143,7 @@ def openings(r: Random, i: int) -> dict:
     width, height = 0.5 * int(r.integers(1, 3)), 0.25 * int(r.integers(2, 5))
     start = 0.5 * int(r.integers(1, round((length - width) / 0.5)))
     sill = 0.25 * int(r.choice([0, 2]))
-    hole = bs.Opening(start=metres(start), sill=metres(sill), width=metres(width), height=metres(height))
+    hole = bs.structures.Opening(start=metres(start), sill=metres(sill), width=metres(width), height=metres(height))
     blocks = masonry(length, courses, r.choice([0.2, 0.3]), openings=[hole])
     return {"blocks": blocks, "joint": joint(r.uniform(0.45, 0.75)), "variable": push(*direction(i))}
 
@@ -153,7 +153,7 @@ def front(r: Random, i: int) -> dict:
     length, courses, depth = 0.5 * int(r.integers(3, 7)), int(r.integers(4, 9)), 0.25
     at = [("left", 0.0), ("right", length - depth)][: 1 + i % 2]
     bonded = i % 3 != 0
-    sides = [bs.Sidewall(n, metres(x), metres(0.5 * int(r.integers(2, 4))), bonded=bonded) for n, x in at]
+    sides = [bs.structures.Sidewall(n, metres(x), metres(0.5 * int(r.integers(2, 4))), bonded=bonded) for n, x in at]
     blocks = masonry(length, courses, depth, sidewalls=sides)
     way = [(0, -1, 0), (1, -1, 0), (0.3, -1, 0), (0, 1, 0), (1, 0, 0)][i % 5]
     return {"blocks": blocks, "joint": joint(r.uniform(0.45, 0.75)), "variable": push(*way)}
@@ -173,7 +173,7 @@ def arch(r: Random, i: int) -> dict:
 def arch_on_piers(r: Random, i: int) -> dict:
     size = {"span": metres(r.uniform(2, 3.6)), "thickness": metres(r.uniform(0.35, 0.6)), "depth": "0.7 m"}
     piers = {"pier_width": metres(r.uniform(0.7, 1.1)), "pier_height": metres(r.uniform(0.8, 1.8))}
-    blocks = bs.arch_on_piers(
+    blocks = bs.structures.arch_on_piers(
         **size, **piers, pier_courses=int(r.integers(2, 6)), voussoirs=int(r.integers(7, 15)), material=STONE
     )
     way = [(1, 0, 0), (0, 1, 0), (1, 0.7, 0)][i % 3]
@@ -184,11 +184,11 @@ def vault(r: Random, i: int) -> dict:
     """A barrel vault, or every third time a cross vault."""
     if i % 3 == 2:
         size = {"span": metres(r.uniform(3, 5)), "thickness": metres(r.uniform(0.35, 0.5))}
-        blocks = bs.cross_vault(**size, courses=int(r.integers(4, 6)), units=2, material=STONE)
+        blocks = bs.structures.cross_vault(**size, courses=int(r.integers(4, 6)), units=2, material=STONE)
     else:
         size = {"span": metres(r.uniform(2.4, 3.8)), "thickness": metres(r.uniform(0.3, 0.5))}
         parts = {"length": metres(r.uniform(1.4, 2.6)), "voussoirs": int(r.integers(7, 11)), "units": 2 + i % 2}
-        blocks = bs.barrel_vault(**size, **parts, material=STONE, staggered=i % 2 == 0)
+        blocks = bs.structures.barrel_vault(**size, **parts, material=STONE, staggered=i % 2 == 0)
     third = free(blocks)[len(free(blocks)) // 3]
     down = loads(point(third, middle_of_top(third), (0, 0, -1)))
     variable = [push(1, 0, 0), push(1, 1, 0), push(1, 0.3, 0), down][i % 4]
@@ -199,7 +199,7 @@ def dome(r: Random, i: int) -> dict:
     span = r.uniform(4, 8)
     size = {"span": metres(span), "thickness": metres(span * r.uniform(0.06, 0.1)), "oculus": metres(0.22 * span)}
     parts = {"courses": int(r.integers(3, 6)), "units": int(r.integers(8, 13)), "staggered": i % 3 != 0}
-    blocks = bs.dome(**size, **parts, material=STONE)
+    blocks = bs.structures.dome(**size, **parts, material=STONE)
     rim = top(blocks)[0]
     down = loads(point(rim, middle_of_top(rim), (0, 0, -1)))
     variable = [push(1, 0, 0), push(1, 0.4, 0), down][i % 3]
@@ -209,7 +209,7 @@ def dome(r: Random, i: int) -> dict:
 def portal(r: Random, i: int) -> dict:
     opening = {"pier_width": "1 m", "opening_width": "1 m", "opening_height": "0.75 m", "spandrel_height": "0.5 m"}
     unit = {"unit_length": "0.5 m", "unit_height": "0.25 m", "depth": metres(r.uniform(0.25, 0.5))}
-    blocks = bs.pier_spandrel(bays=1 + i % 2, storeys=1 + (i // 2) % 2, **opening, **unit, material=STONE)
+    blocks = bs.structures.pier_spandrel(bays=1 + i % 2, storeys=1 + (i // 2) % 2, **opening, **unit, material=STONE)
     way = [(1, 0, 0), (0, 1, 0), (1, 0.8, 0)][i % 3]
     return {"blocks": blocks, "joint": joint(r.uniform(0.45, 0.75)), "variable": push(*way)}
 
@@ -218,14 +218,16 @@ def column(r: Random, i: int) -> dict:
     """A column of drums, a stack out of plumb, or a pier of two leaves that leans."""
     if i % 3 == 0:
         size = {"height": metres(r.uniform(2, 5)), "diameter": metres(r.uniform(0.5, 0.9))}
-        blocks = bs.column(**size, drums=int(r.integers(1, 8)), sides=int(r.choice([6, 8, 12])), material=STONE)
+        blocks = bs.structures.column(
+            **size, drums=int(r.integers(1, 8)), sides=int(r.choice([6, 8, 12])), material=STONE
+        )
     elif i % 3 == 1:
         count = int(r.integers(4, 11))
         shift = Q_(r.uniform(0, 0.2 / count, 2), "m")
-        blocks = bs.stack(count, size=Q_([0.5, 0.6, 0.4], "m"), material=STONE, shift=shift)
+        blocks = bs.structures.stack(count, size=Q_([0.5, 0.6, 0.4], "m"), material=STONE, shift=shift)
     else:
         blocks = masonry(1.0, int(r.integers(5, 11)), 0.8, leaves=2, header_every=2)
-        blocks = bs.tilted(blocks, Q_(float(r.uniform(1, 4)), "deg"), axis=(0, 1, 0))
+        blocks = bs.structures.tilted(blocks, Q_(float(r.uniform(1, 4)), "deg"), axis=(0, 1, 0))
     way = [(1, 0, 0), (1, 1, 0), (-1, 0.3, 0), (0.2, 1, 0)][i % 4]
     return {"blocks": blocks, "joint": joint(r.uniform(0.4, 0.75)), "variable": push(*way)}
 
@@ -244,7 +246,7 @@ def cohesion(r: Random, i: int) -> dict:
     more = {"cohesion": Q_(strength, "kPa")}
     if i % 2:
         more["tensile_strength"] = Q_(r.uniform(0.2, 0.9) * strength / friction, "kPa")
-    sides = [bs.Sidewall("left", "0 m", "1 m", bonded=True)] if i % 3 == 0 else []
+    sides = [bs.structures.Sidewall("left", "0 m", "1 m", bonded=True)] if i % 3 == 0 else []
     blocks = masonry(0.5 * int(r.integers(3, 6)), int(r.integers(4, 8)), 0.25, sidewalls=sides)
     way = [(1, 0, 0), (0, -1, 0), (1, -1, 0)][i % 3]
     return {"blocks": blocks, "joint": joint(friction, **more), "variable": push(*way)}
@@ -254,7 +256,8 @@ def tied(r: Random, i: int) -> dict:
     """A façade between two returns, held by a tie along each of them."""
     length, courses, depth = 0.5 * int(r.integers(3, 6)), int(r.integers(4, 8)), 0.25
     sides = [
-        bs.Sidewall(name, metres(x), "1 m", bonded=i % 2 == 0) for name, x in (("left", 0), ("right", length - depth))
+        bs.structures.Sidewall(name, metres(x), "1 m", bonded=i % 2 == 0)
+        for name, x in (("left", 0), ("right", length - depth))
     ]
     blocks = masonry(length, courses, depth, sidewalls=sides)
     ties = []
@@ -275,7 +278,7 @@ def contains(block: bs.Block, at: np.ndarray) -> bool:
 def crushing(r: Random, i: int) -> dict:
     """A wall, with a return bonded or butted, of a strength in multiples of the stress at its base."""
     length, courses = 0.5 * int(r.integers(3, 6)), int(r.integers(4, 8))
-    sides = [[], [bs.Sidewall("left", "0 m", "1 m", bonded=i % 2 == 0)]][i // 2 % 2]
+    sides = [[], [bs.structures.Sidewall("left", "0 m", "1 m", bonded=i % 2 == 0)]][i // 2 % 2]
     strength = [20, 60, 200, 600][i % 4] * 16 * 0.25 * courses / 2
     blocks = masonry(length, courses, 0.25, sidewalls=sides)
     way = [(1, 0, 0), (0, -1, 0), (1, -1, 0)][i % 3]
@@ -297,8 +300,8 @@ def dilatant(r: Random, i: int) -> dict:
     friction = r.uniform(0.4, 0.75)
     angle = [0.1, 0.3, 0.5, 0.7, 0.9, 1.0][i % 6] * (1 - 1e-9) * math.degrees(math.atan(friction))
     length, courses = 0.5 * int(r.integers(4, 6)), int(r.integers(5, 8))
-    sides = [bs.Sidewall("left", "0 m", "1 m", bonded=True)] if i >= 6 else []
-    holes = [] if sides else [bs.Opening(start="0.5 m", sill="0 m", width="0.5 m", height="0.75 m")]
+    sides = [bs.structures.Sidewall("left", "0 m", "1 m", bonded=True)] if i >= 6 else []
+    holes = [] if sides else [bs.structures.Opening(start="0.5 m", sill="0 m", width="0.5 m", height="0.75 m")]
     blocks = masonry(length, courses, 0.25, sidewalls=sides, openings=holes)
     rough = joint(friction, dilatancy_angle=Q_(float(angle), "deg"))
     return {"blocks": blocks, "joint": rough, "variable": push(*[(1, 0, 0), (0, -1, 0)][i // 6 % 2])}
@@ -317,7 +320,7 @@ def by_hand(r: Random, i: int) -> dict:
     if i % 6 == 2:
         # Up or down a slope, a push along the global x.
         ratio = min(mu, b / h)
-        turned = bs.tilted(blocks, Q_(slope, "rad"), axis=(0, 1, 0))
+        turned = bs.structures.tilted(blocks, Q_(slope, "rad"), axis=(0, 1, 0))
         tan = math.tan(slope)
         exact = (ratio - tan) / (1 + ratio * tan)
         return {"blocks": turned, "joint": joint(mu), "variable": push(1, 0, 0), "exact": exact}
@@ -348,9 +351,9 @@ def falls(r: Random, i: int) -> dict:
     """A structure that does not stand under its own weight."""
     blocks = [
         lambda: bs.arch(span="4 m", thickness="0.13 m", depth="0.6 m", voussoirs=17, material=STONE),
-        lambda: bs.stack(8, size=Q_([0.5, 0.6, 0.4], "m"), material=STONE, shift=Q_([0.12, 0.0], "m")),
-        lambda: bs.tilted(masonry(1.5, 6, 0.25), Q_(40.0, "deg"), axis=(0, 1, 0)),
-        lambda: bs.barrel_vault(
+        lambda: bs.structures.stack(8, size=Q_([0.5, 0.6, 0.4], "m"), material=STONE, shift=Q_([0.12, 0.0], "m")),
+        lambda: bs.structures.tilted(masonry(1.5, 6, 0.25), Q_(40.0, "deg"), axis=(0, 1, 0)),
+        lambda: bs.structures.barrel_vault(
             span="3 m", thickness="0.1 m", length="1.2 m", voussoirs=9, units=2, material=STONE, staggered=True
         ),
     ][i % 4]()
@@ -403,7 +406,11 @@ def unequal(r: Random, i: int) -> dict:
 
 def tall(r: Random, i: int) -> dict:
     """A slender wall, alone or with two returns."""
-    sides = [bs.Sidewall(n, metres(x), "1 m", bonded=True) for n, x in (("left", 0), ("right", 1.25))] if i % 2 else []
+    sides = (
+        [bs.structures.Sidewall(n, metres(x), "1 m", bonded=True) for n, x in (("left", 0), ("right", 1.25))]
+        if i % 2
+        else []
+    )
     blocks = masonry(1.5, int(r.integers(12, 22)), 0.25, sidewalls=sides)
     return {"blocks": blocks, "joint": joint(0.6), "variable": push(*[(1, 0, 0), (0, -1, 0), (1, -1, 0)][i % 3])}
 
@@ -411,8 +418,8 @@ def tall(r: Random, i: int) -> dict:
 def large(r: Random, i: int) -> dict:
     """A wall of some hundred units, with or without openings."""
     holes = [
-        bs.Opening(start="1.5 m", sill="0 m", width="1 m", height="1.5 m"),
-        bs.Opening(start="4 m", sill="1 m", width="1 m", height="1 m"),
+        bs.structures.Opening(start="1.5 m", sill="0 m", width="1 m", height="1.5 m"),
+        bs.structures.Opening(start="4 m", sill="1 m", width="1 m", height="1 m"),
     ]
     blocks = masonry(8.0, int(r.integers(14, 20)), 0.3, openings=holes if i % 2 else [])
     return {"blocks": blocks, "joint": joint(0.62), "variable": push(*direction(i))}

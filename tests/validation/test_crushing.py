@@ -74,7 +74,7 @@ def test_a_corner_of_walls_that_crush_about_both_axes_converges():
     """Where a joint inside the walls bears 1e-4 of a block, its rounding left this case without a certificate."""
     size = {"unit_length": "0.5 m", "unit_height": "0.5 m", "depth": "0.4 m"}
     stone = bs.Material("stone", "20 kN/m^3")
-    side = bs.Sidewall("left", at="0 m", length="1.5 m")
+    side = bs.structures.Sidewall("left", at="0 m", length="1.5 m")
     blocks = bs.wall(length="2 m", courses=3, material=stone, sidewalls=[side], **size)
     model = model_of(blocks, bs.JointMaterial("soft", 0.6, compressive_strength="500 kPa"))
     found = [

@@ -19,8 +19,8 @@ JOINTS = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime
 
 
 def facade(bonded):
-    door = bs.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
-    sides = [bs.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
+    door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
+    sides = [bs.structures.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
     size = {"length": "3.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
     tuff = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
     return bs.wall(**size, courses=12, openings=[door], sidewalls=sides, material=tuff)
@@ -29,7 +29,7 @@ def facade(bonded):
 def path(model, variable, *dead, **settings):
     result = solve(model, variable, "nonassociative", *dead, procedure="loading path", **settings)
     assert result.status == "converged"
-    assert result.outcome.procedure is bs.Procedure.LOADING_PATH
+    assert result.outcome.procedure is bs.vocabulary.Procedure.LOADING_PATH
     assert result.certificate.flow_rule_gap <= 1e-4 * result.load_factor
     assert result.certificate.interpenetration <= 1e-4
     return result.load_factor
@@ -58,7 +58,7 @@ def test_a_wall_of_2430_bricks_settles(tuff, dry):
     rows = [[1] * 40 if j % 2 == 0 else [0.5] + [1] * 39 + [0.5] for j in range(60)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
     result = solve(model_of(blocks, dry), push(1, 0, 0), "nonassociative", procedure="loading path")
-    assert (result.outcome.procedure, result.settled) == (bs.Procedure.LOADING_PATH, True)
+    assert (result.outcome.procedure, result.settled) == (bs.vocabulary.Procedure.LOADING_PATH, True)
     assert result.certificate.flow_rule_gap <= 1e-4 * result.load_factor
     assert result.load_factor == pytest.approx(0.405, rel=1e-2)
 

@@ -152,7 +152,7 @@ def test_a_path_that_ends_without_a_reaction_has_settled():
     result = settle(model, ["middle"], "-z", settings=bs.ProcedureSettings(procedure="loading path"))
     assert abs(result.reaction.magnitude) < 1e-6 * WEIGHT
     assert result.settled
-    assert (result.outcome.procedure, result.settled) == (bs.Procedure.LOADING_PATH, True)
+    assert (result.outcome.procedure, result.settled) == (bs.vocabulary.Procedure.LOADING_PATH, True)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
@@ -286,11 +286,11 @@ def test_a_jammed_beam_has_no_largest_thrust():
     assert np.isposinf(largest)
     jammed = settle(model, ["a"], "+x", flow="associative")
     assert jammed.status == "unbounded"
-    assert jammed.outcome.reason is bs.Reason.NEVER_COLLAPSES
+    assert jammed.outcome.reason is bs.vocabulary.Reason.NEVER_COLLAPSES
     assert np.isneginf(jammed.reaction.magnitude)
     with_friction_alone = settle(model, ["a"], "+x")
     assert with_friction_alone.status == "unbounded"
-    assert with_friction_alone.outcome.reason is not bs.Reason.NEVER_COLLAPSES
+    assert with_friction_alone.outcome.reason is not bs.vocabulary.Reason.NEVER_COLLAPSES
 
 
 def test_nonassociative_reactions_are_not_below_the_least():

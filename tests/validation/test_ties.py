@@ -188,7 +188,7 @@ def two_ties():
 def test_least_tie_force_against_bisection():
     model, wanted = two_ties(), 0.6
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    least = bs.least_tie_force(model, case, ["high"], wanted)
+    least = bs.ties.least_tie_force(model, case, ["high"], wanted)
     assert least.proven
     low, high = 2e3, 10e3
     while high - low > 1e-5 * high:
@@ -203,9 +203,9 @@ def test_least_tie_force_of_several_ties_is_what_they_need():
     model, wanted = two_ties(), 0.7
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
     other = bs.ProcedureSettings(numerics=bs.Numerics(solver="cvxpy:CLARABEL"))
-    assert bs.least_tie_force(model, case, ["high"], wanted, settings=other).proven
-    both = bs.least_tie_force(model, case, ["low", "high"], wanted)
-    alone = [bs.least_tie_force(model, case, [name], wanted) for name in ("low", "high")]
+    assert bs.ties.least_tie_force(model, case, ["high"], wanted, settings=other).proven
+    both = bs.ties.least_tie_force(model, case, ["low", "high"], wanted)
+    alone = [bs.ties.least_tie_force(model, case, [name], wanted) for name in ("low", "high")]
     assert both.proven
     # The other one keeps its strength of 1 kN where it is not sought.
     assert both.total <= min(least.total + 1e3 for least in alone if least.proven) * (1 + 1e-6)
@@ -215,25 +215,25 @@ def test_least_tie_force_of_several_ties_is_what_they_need():
 
 def test_a_tie_that_is_not_needed_is_said_to_need_no_force():
     forces = {"high": 7e3, "low": 3.4e-5}
-    solved = bs.ties.LeastTieForce(0.4, bs.Flow.ASSOCIATIVE, forces, None, True, bs.SolverStatus.SOLVED)
+    solved = bs.ties.LeastTieForce(0.4, bs.Flow.ASSOCIATIVE, forces, None, True, bs.vocabulary.SolverStatus.SOLVED)
     assert str(solved) == "load factor 0.4: 7 kN in all (high 7 kN, low 0 kN)"
 
 
 def test_least_tie_force_where_none_is_needed_or_none_will_do():
     model = two_ties()
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
-    unneeded = bs.least_tie_force(model.with_ties(model.ties[:1]), case, [model.ties[1]], 0.1)
+    unneeded = bs.ties.least_tie_force(model.with_ties(model.ties[:1]), case, [model.ties[1]], 0.1)
     assert unneeded.proven
     assert unneeded.total == 0.0
     assert ": 0 kN in all (high 0 kN)" in str(unneeded)
     assert "without dilatancy" in str(unneeded)
     ends_of_it = ends(model.ties[1])
     stressed = bs.Tie("high", *ends_of_it, yield_force="1 kN", prestress="0.2 kN")
-    kept = bs.least_tie_force(model.with_ties([stressed]), case, ["high"], 0.1)
+    kept = bs.ties.least_tie_force(model.with_ties([stressed]), case, ["high"], 0.1)
     assert kept.proven
     assert kept.forces == pytest.approx({"high": 200.0})
     back = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    vain = bs.least_tie_force(model, back, ["high"], 0.5)
+    vain = bs.ties.least_tie_force(model, back, ["high"], 0.5)
     assert not vain.proven
     assert "no strength of these is enough" in str(vain)
 
@@ -266,12 +266,12 @@ def test_ties_that_the_dead_load_needs_are_not_left_out(wanted):
     blocks = [b for b in model.blocks if b.name not in ("slab", "post")]
     model = tied(blocks, model.ties, mu=0.7)
     case = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    least = bs.least_tie_force(model, case, ["t"], wanted)
+    least = bs.ties.least_tie_force(model, case, ["t"], wanted)
     assert least.forces["t"] == pytest.approx(8e3, rel=1e-6)
     assert least.proven
     assert least.governing == "dead load"
     assert "the dead load alone asks for them" in str(least)
-    out = bs.least_tie_force(model, bs.LimitCase("out", SELF_WEIGHT, push(1, 0, 0), "associative"), ["t"], wanted)
+    out = bs.ties.least_tie_force(model, bs.LimitCase("out", SELF_WEIGHT, push(1, 0, 0), "associative"), ["t"], wanted)
     assert out.forces["t"] == pytest.approx(8e3 + 20e3 * wanted, rel=1e-6)
     assert (out.proven, out.governing) == (True, "load factor")
 
@@ -279,7 +279,7 @@ def test_ties_that_the_dead_load_needs_are_not_left_out(wanted):
 def test_ties_that_two_loads_need_are_enough_but_not_proven_to_be_the_least():
     model, wanted = leaning(), 0.3
     case = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    least = bs.least_tie_force(model, case, ["t", "w"], wanted)
+    least = bs.ties.least_tie_force(model, case, ["t", "w"], wanted)
     # The slab: T · 1.9 m = W (0.3 · 1 m − 0.15 m) with W = 12 kN.
     slab = 12e3 * (wanted - 0.15) / 1.9
     assert least.forces == pytest.approx({"t": 8e3, "w": slab}, rel=1e-5)

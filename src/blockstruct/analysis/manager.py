@@ -59,7 +59,7 @@ class AnalysisManager:
         Parameters of the model, kept in the file: numbers, texts and quantities by name. They are columns of
         :meth:`blockstruct.Archive.table`.
     document_hash
-        Hash of the document that describes the model: :attr:`blockstruct.Document.hash`.
+        Hash of the document that describes the model: :attr:`blockstruct.documents.Document.hash`.
     study
         Study that the run belongs to, as :func:`blockstruct.study` names it.
 
@@ -123,7 +123,7 @@ class AnalysisManager:
         spread
             True also runs every non-associative case along the variants of the loading path and with associative
             flow, as ``"case [half steps]"`` and ``"case [associative]"``. :attr:`CaseResult.path_dependence` is then
-            the range of the load factor. Names select schedules of :data:`~blockstruct.SCHEDULES`; ``"paper"``
+            the range of the load factor. Names select schedules of :data:`~blockstruct.limit.SCHEDULES`; ``"paper"``
             selects all schedules of the paper's procedure. :meth:`Analysis.spread` has their results. No schedule
             changes the headline.
 

@@ -114,7 +114,9 @@ def import_(
         corrected = bs.contacts.corrected_joints(found.blocks, joint, found.moves, **limits)
         tolerance, explicit = corrected.tolerance, corrected.explicit
         say(str(corrected))
-    bs.write_draft(output, output.stem, found.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits)
+    bs.documents.write_draft(
+        output, output.stem, found.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits
+    )
     names = ", ".join(repr(case.name) for case in cases)
     say(f"written: {output}, with the case{'s' if len(cases) > 1 else ''} {names}: edit its loads and cases")
     check(output)

@@ -174,7 +174,7 @@ def diff(
         read[statuses] = read[statuses].replace("_", " ", regex=True)
         say(read.to_string())
     else:
-        found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))
+        found = bs.results.compare(bs.open_analysis(one), bs.open_analysis(other))
         same = found.agrees(tolerance)
         say(str(found))
     if not same:

@@ -26,8 +26,8 @@ def joint_rule(material: Any, who: str) -> Rule:
     material
         A joint material for all joints; a function from an interface to its joint material; or a mapping from patterns
         to joint materials, whose first match counts. Patterns are ``"bed"``, ``"head"`` or ``"inclined"``
-        (:class:`blockstruct.JointOrientation`), the names of two blocks in any order with ``*`` for any text, such as
-        ``"base|*"``, and ``"*"`` for all other joints.
+        (:class:`blockstruct.vocabulary.JointOrientation`), the names of two blocks in any order with ``*`` for any
+        text, such as ``"base|*"``, and ``"*"`` for all other joints.
     who
         Name of the caller in error messages.
 

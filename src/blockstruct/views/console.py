@@ -260,5 +260,5 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _measures(certificate: bs.Certificate) -> dict[str, float | bool | None]:
+def _measures(certificate: bs.limit.Certificate) -> dict[str, float | bool | None]:
     return {name: _finite(value) for name, value in certificate.measures.items()}

@@ -138,7 +138,7 @@ class _Still:
         blocks, interfaces = self.blocks.copy(), self.interfaces.copy()
         blocks.point_data["mechanism"] = self.solids.displacement(result, iteration)
         states = bs.results.contact_state(history).to_numpy()[0]
-        for name in bs.ContactState:
+        for name in bs.vocabulary.ContactState:
             flag = np.array([name.value in state.split(" + ") for state in states], dtype=np.uint8)
             interfaces.cell_data[name.value] = flag[self.of_triangle]
         used = bs.results.utilisation(history).isel(iteration=0)

@@ -4,13 +4,13 @@ import blockstruct as bs
 
 #: Colour of each contact state and of joints at rest, from the palette of Okabe & Ito (2008).
 STATE_COLOURS = {
-    bs.ContactState.CRUSHING.value: "#000000",
-    bs.ContactState.SLIDING.value: "#d55e00",
-    bs.ContactState.TWISTING.value: "#cc79a7",
-    bs.ContactState.HINGE.value: "#0072b2",
-    bs.ContactState.OPEN.value: "#56b4e9",
-    bs.ContactState.STICKING.value: "#b5ada1",
-    bs.ContactState.UNKNOWN.value: "#f0e442",
+    bs.vocabulary.ContactState.CRUSHING.value: "#000000",
+    bs.vocabulary.ContactState.SLIDING.value: "#d55e00",
+    bs.vocabulary.ContactState.TWISTING.value: "#cc79a7",
+    bs.vocabulary.ContactState.HINGE.value: "#0072b2",
+    bs.vocabulary.ContactState.OPEN.value: "#56b4e9",
+    bs.vocabulary.ContactState.STICKING.value: "#b5ada1",
+    bs.vocabulary.ContactState.UNKNOWN.value: "#f0e442",
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"

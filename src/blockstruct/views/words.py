@@ -31,7 +31,7 @@ def warning_words(result: bs.CaseResult) -> str:
     return " ".join([*result.warnings, *result.owed])
 
 
-def spread_words(spread: bs.Spread) -> str:
+def spread_words(spread: bs.results.Spread) -> str:
     """Return the sentence on the load factors of the settled schedules of a spread."""
     settled = [r.load_factor for r in spread.runs.values() if r.settled]
     return text.settled_schedules(settled, len(spread.runs), spread.headline.answer)

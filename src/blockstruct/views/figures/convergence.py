@@ -12,14 +12,14 @@ from blockstruct.views.selection import chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, MEASURES
 
 _MARKERS = {
-    bs.Stage.DEAD_LOAD.value: "x",
-    bs.Stage.DEAD_LOAD_COLLAPSE.value: "X",
-    bs.Stage.LARGEST_REACTION.value: "v",
-    bs.Stage.ASSOCIATIVE.value: "s",
-    bs.Stage.NONASSOCIATIVE.value: "o",
-    bs.Stage.ADMISSIBLE.value: "D",
-    bs.Stage.SHIFTED.value: "^",
-    bs.Stage.LOADING_PATH.value: ".",
+    bs.vocabulary.Stage.DEAD_LOAD.value: "x",
+    bs.vocabulary.Stage.DEAD_LOAD_COLLAPSE.value: "X",
+    bs.vocabulary.Stage.LARGEST_REACTION.value: "v",
+    bs.vocabulary.Stage.ASSOCIATIVE.value: "s",
+    bs.vocabulary.Stage.NONASSOCIATIVE.value: "o",
+    bs.vocabulary.Stage.ADMISSIBLE.value: "D",
+    bs.vocabulary.Stage.SHIFTED.value: "^",
+    bs.vocabulary.Stage.LOADING_PATH.value: ".",
 }
 #: Measures below this are drawn at this value, since their size is rounding.
 _FLOOR = 1e-12

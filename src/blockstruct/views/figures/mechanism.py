@@ -125,7 +125,7 @@ def _weight(body: bs.results.MacroBlock) -> str:
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:
     """Draw the load or the reaction with its size; return the ends of the arrow."""
-    if bs.Stage(result.history["stage"].to_numpy()[iteration]).is_of_dead_load:
+    if bs.vocabulary.Stage(result.history["stage"].to_numpy()[iteration]).is_of_dead_load:
         return np.empty((0, 3))
     at, forces = driving(result)
     settles = isinstance(result.case, bs.SettlementCase)

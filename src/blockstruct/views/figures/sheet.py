@@ -101,7 +101,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if result.capacity is not None:
         add("capacity", "Capacity curve: load factor over the displacement of the control point", capacity, _DIAGRAM)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
-        along_path = (result.history["stage"] == bs.Stage.LOADING_PATH.value).any()
+        along_path = (result.history["stage"] == bs.vocabulary.Stage.LOADING_PATH.value).any()
         steps = "numerical steps, and steps of displacement along the loading path"
         add(
             "convergence",

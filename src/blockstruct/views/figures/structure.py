@@ -98,14 +98,14 @@ def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any
     states = shown_states(result, iteration)[of]
     line, colours, dashes = [], [], []
     for state in np.unique(states).tolist():
-        if state == bs.ContactState.STICKING:
+        if state == bs.vocabulary.ContactState.STICKING:
             continue
         members, single = np.flatnonzero(states == state), parts(state)
         for k, part in enumerate(single):
             line.append(members)
             colours.append(np.repeat([to_rgba(STATE_COLOURS[part])], len(members), axis=0))
             dashes += [_dash(k, len(single))] * len(members)
-    found = sorted({s for s in states.tolist() if s != bs.ContactState.STICKING}, key=_rank)
+    found = sorted({s for s in states.tolist() if s != bs.vocabulary.ContactState.STICKING}, key=_rank)
     handles = {s.replace(" + ", ", "): _handle(parts(s)) for s in found}
     if not line:
         return _chosen(lines, np.array([], dtype=int), np.zeros((0, 4)), _WIDTH, []), handles
@@ -172,7 +172,7 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
     line = np.flatnonzero(np.isfinite(middle) & (share[of] > 0))
     start = lines.ends[:, :1]
     bars = replace(lines, ends=start + span[..., None] * vector[:, None])
-    crushes = np.array([bs.ContactState.CRUSHING in s for s in shown_states(result, iteration)], dtype=bool)
+    crushes = np.array([bs.vocabulary.ContactState.CRUSHING in s for s in shown_states(result, iteration)], dtype=bool)
     colours = np.where(crushes[of[line], None], to_rgba_array(FORCE), to_rgba_array(ACCENT))
     handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=_BAR)}
     if crushes.any():

@@ -246,7 +246,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
     }
 
 
-def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
+def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
     given = spread.given.settings.flat
     return {
         "name": name,

@@ -29,7 +29,7 @@ def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] |
 
 def _moves(result: bs.CaseResult) -> str:
     """Return the caption of a mechanism."""
-    if bs.Stage(result.history["stage"].to_numpy()[-1]).is_of_dead_load:
+    if bs.vocabulary.Stage(result.history["stage"].to_numpy()[-1]).is_of_dead_load:
         return f"How “{result.name}” moves under its dead load alone, to first order: its bodies in colours"
     answer = f"{result.answer.name} {result.answer.symbol}"
     what = f"the {answer}" if result.answer.is_reaction else f"the variable load and its {answer}"
