@@ -76,11 +76,12 @@ def mathml(display: str) -> tuple[Callable[[HTML5Translator, nodes.Element], Non
     block = display == "block"
 
     def visit(writer: HTML5Translator, node: nodes.Element) -> None:
-        formula = node.astext()
+        formula, _, number = node.astext().partition(r"\tag")
         for pattern, instead in SPELT:
             formula = re.sub(pattern, instead, formula)
         shown = convert(formula, display=display)
-        writer.body.append(f'<div class="math">{shown}</div>' if block else shown)
+        label = f'<span class="number">({number.strip(" {}")})</span>' if number else ""
+        writer.body.append(f'<div class="math">{shown}{label}</div>' if block else shown)
         raise nodes.SkipNode
 
     return visit, None

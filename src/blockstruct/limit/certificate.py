@@ -1,4 +1,4 @@
-"""Certify a collapse state against the true conditions."""
+"""Certify a collapse state by the measures (19) to (22) of docs/theory.md."""
 
 from dataclasses import dataclass, field, fields
 

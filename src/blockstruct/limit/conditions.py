@@ -1,6 +1,7 @@
 """Assemble the failure conditions as rows of a conic program.
 
-The rows are ``h − G y ∈ cone`` for the variables ``y = (κ α, n_1, s_1, t_1, …)``.
+The rows are ``h − G y ∈ cone`` for the variables ``y = (κ α, n_1, s_1, t_1, …)``. The conditions are equations (4) to
+(11) of docs/theory.md.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Express crushing of rectangular interfaces by their corner forces.
+"""Express crushing of rectangles by their corner forces: (6) and (7) of docs/theory.md.
 
 ``n_e`` is the sum of the two corner forces of edge e, N the sum of all four, and ``F = f_c A``. For a rectangular
 stress block, ``|M| ≤ (N b / 2) (1 − N / F)`` about an axis is ``n_e ≥ N² / (2 F)`` for the two edges along this axis.

@@ -1,4 +1,4 @@
-"""Define the true and the fictitious sliding conditions."""
+"""Define the true and the fictitious sliding conditions: (5) and (17) of docs/theory.md."""
 
 from dataclasses import dataclass
 

@@ -1,11 +1,12 @@
 """Limit the torsion of interfaces as under uniform pressure.
 
 Contact points at the corners of an interface resist up to 1.85 times the torsion of a uniformly pressed square. One
-more cone per interface corrects this: ``‖(V_s, V_t, T / r̄)‖ ≤ Σ (c A_k + μ n_k)``. ``V_s, V_t`` are the shear forces
-and T is the torque about the centroid. r̄ is the mean distance of the area from the centroid. Under a central resultant
-the cone gives exactly the torsion of uniform pressure. It overestimates shear and torque together by up to 15.5 % in
-narrow joints (:mod:`blockstruct.statics.uniform_friction`). The cone uses the whole area even if a part opens: r̄ is
-then larger than the lever of the pressed part, and an eccentric shear force counts as torsion.
+more cone per interface corrects this, (11) of docs/theory.md: ``‖(V_s, V_t, T / r̄)‖ ≤ Σ (c A_k + μ n_k)``. ``V_s, V_t``
+are the shear forces and T is the torque about the centroid. r̄ is the mean distance of the area from the centroid.
+Under a central resultant the cone gives exactly the torsion of uniform pressure. It overestimates shear and torque
+together by up to 15.5 % in narrow joints (:mod:`blockstruct.statics.uniform_friction`). The cone uses the whole area
+even if a part opens: r̄ is then larger than the lever of the pressed part, and an eccentric shear force counts as
+torsion.
 
 Sliding is the sum of the sliding of the contact points and the sliding of the cone. Both rates follow from the
 velocities: the division with the least dissipation is taken. Certificates of dilating joints need more than this least

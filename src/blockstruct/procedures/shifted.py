@@ -14,7 +14,7 @@ DAMPING = 0.5
 def shifted_iteration(
     program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver, left: int
 ) -> Search:
-    """Maximise ``α − Σ s_k n_k`` inside the true cones.
+    """Maximise ``α − Σ s_k n_k`` inside the true cones: (18) of docs/theory.md.
 
     The shift s belongs to the last mechanism: De Saxcé & Feng (1998), doi:10.1016/S0895-7177(98)00119-8, iterated as by
     Acary et al. (2011), doi:10.1002/zamm.201000073. Every program is feasible and every iterate is statically

@@ -1,6 +1,6 @@
 """Solve frictional contact over one step of displacement by splitting.
 
-The iteration alternates between the elastic structure and its contacts.
+A step is (16) of docs/theory.md. The iteration alternates between the elastic structure and its contacts.
 """
 
 from collections.abc import Callable

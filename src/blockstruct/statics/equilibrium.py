@@ -1,4 +1,4 @@
-"""Assemble the equilibrium matrix A."""
+"""Assemble the equilibrium matrix A of (2) of docs/theory.md."""
 
 import numpy as np
 import scipy.sparse as sp
