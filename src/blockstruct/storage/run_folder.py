@@ -404,11 +404,16 @@ def _put_in_place(draft: Path, place: Path, replaced: Sequence[Stamp]) -> None:
         draft.unlink()
         sync(place.parent)
         return
+    _refuse_other(place, present, replaced)
+    draft.replace(place)
+    sync(place.parent)
+
+
+def _refuse_other(place: Path, present: Stamp | None, replaced: Sequence[Stamp]) -> None:
+    """Refuse to replace a file that was not there when the run began."""
     if present is not None and present not in replaced:
         msg = f"{place}: another file has appeared at this name, and is not replaced; move it away, then try again"
         raise StorageError(msg)
-    draft.replace(place)
-    sync(place.parent)
 
 
 def sync(path: str | Path) -> None:
@@ -601,7 +606,8 @@ class Checkpoint:
         Raises
         ------
         StorageError
-            If there are no such data, or the run is still under way.
+            If there are no such data, the run is still under way, or the path holds a file that was not there when the
+            run began.
         FormatError
             If the plan of the run is damaged.
         """
@@ -618,8 +624,11 @@ class Checkpoint:
             raise StorageError(msg)
         lock = WriterLock(place)
         try:
+            replaced = _aimed(folder / "target")
+            # Before anything is solved: a copied run finds a copy of the file that it was to replace.
+            _refuse_other(place, Stamp.at(place), replaced)
             plan = AnalysisFile(folder / "plan")
-            return cls(place, lock, read_analysis(plan, blank), plan.seal, _aimed(folder / "target"))
+            return cls(place, lock, read_analysis(plan, blank), plan.seal, replaced)
         except BaseException:
             lock.release()
             raise
