@@ -284,11 +284,12 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
+        proof = iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None
         done = replace(
             before,
             outcome=outcome,
             damage="",
-            certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
+            certificate=proof if proof and proof.is_of_a_state else None,
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,

@@ -94,6 +94,11 @@ class Certificate:
         return all(getattr(self, name) <= limit for name, limit in self.tolerances.items())
 
     @property
+    def is_of_a_state(self) -> bool:
+        """Whether there is a state: a program without a solution has NaN measures."""
+        return not np.isnan([getattr(self, name) for name in CERTIFICATE_MEASURES]).any()
+
+    @property
     def admissible(self) -> bool:
         """Whether the forces satisfy equilibrium and the true conditions.
 
@@ -211,7 +216,8 @@ def certify(
     never = problem.never_slides
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     penetration = np.maximum(penetration, (sliding / problem.force_unit)[never].max(initial=0.0))
-    interpenetration = float(penetration / largest) if largest > 0 else 0.0
+    # A NaN stays a NaN.
+    interpenetration = 0.0 if largest == 0 else float(penetration / largest)
 
     # Largest possible work of each part of a joint at these velocities, less the actual work.
     at_rigid = (n + problem.tension)[rigid] * opening[rigid]

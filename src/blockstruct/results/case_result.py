@@ -64,7 +64,7 @@ class CaseResult:
     certificate : Certificate or None
         Certificate of the last iteration. If the status is unstable under dead load, it proves the state in which the
         joints carry the largest share of the dead load. If the status depends on self-stress, it proves a collapse
-        state of the dead load. None if unbounded, or without iterations.
+        state of the dead load. None if unbounded, without iterations, or if the last program has no solution.
     history : xarray.Dataset
         Every iteration. The history of a file is read at its first use.
     started_at : str
@@ -422,13 +422,10 @@ class CaseResult:
             msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
         given = ProcedureSettings.of(settings)
-        holds = bool(certificate.get("holds"))
-        return cls(
-            case=case,
-            settings=given,
-            certificate=Certificate(**measures, holds=holds, settings=given) if certificate else None,
-            **rest,
-        )
+        proof = Certificate(**measures, holds=bool(certificate.get("holds")), settings=given) if certificate else None
+        # Files of earlier versions have certificates of programs without a solution.
+        kept = proof if proof and proof.is_of_a_state else None
+        return cls(case=case, settings=given, certificate=kept, **rest)
 
     @property
     def masses(self) -> str:
