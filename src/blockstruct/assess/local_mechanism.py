@@ -33,7 +33,7 @@ from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.text import Note, assessment
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Status, listed
 
 g = STANDARD_GRAVITY
 #: Relative difference of α0 from which a mechanism by hand begins below the one found.
@@ -328,6 +328,13 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
         msg = (
             f"case {result.name!r}: {result.headline}; a check needs a converged collapse state: change the procedure "
             "or the loads and run the case again"
+        )
+        raise ModelError(msg)
+    rollers = [block.name for block in result.model.blocks if block.is_roller]
+    if rollers:
+        msg = (
+            f"case {result.name!r}: {listed(rollers)} held in some motions only, which its finite rotation does not "
+            "know: fix a block that touches the structure with a joint of friction 0 instead"
         )
         raise ModelError(msg)
     return result, result.case

@@ -29,7 +29,8 @@ def import_(
     fix: Annotated[
         list[str] | None,
         typer.Option(
-            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'.", show_default=False
+            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'; NAME:x,z holds only x and z.",
+            show_default=False,
         ),
     ] = None,
     ground: Annotated[

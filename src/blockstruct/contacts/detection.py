@@ -190,7 +190,7 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
         nonplanar_faces=tuple(
             (b.name, f, float(b.shape.deviations[f])) for b in blocks for f in b.shape.nonplanar_faces
         ),
-        floating=tuple(names[k] for k in unsupported(np.array([b.fixed for b in blocks], dtype=bool), joined)),
+        floating=tuple(names[k] for k in unsupported(np.array([bool(b.held) for b in blocks], dtype=bool), joined)),
         untouched=tuple(name for name in names if name not in touched),
         close=tuple((names[i], names[j], distance) for i, j, distance in _close(blocks, limits, met)),
     )

@@ -268,7 +268,8 @@ def _block(block: Block) -> dict[str, Any]:
         "vertices": block.shape.vertices.tolist(),
         "faces": [list(face) for face in block.shape.faces],
     }
-    return {"name": block.name, "material": block.material.name, "fixed": block.fixed, "polyhedron": shape}
+    fixed = list(block.held) if block.is_roller else block.fixed
+    return {"name": block.name, "material": block.material.name, "fixed": fixed, "polyhedron": shape}
 
 
 def _tie(tie: AnyTie) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def read_mesh(
         Supports: names of blocks, where ``*`` matches any text; ``"lowest"`` for all blocks within 1 % of the mean
         block size of the lowest level, or ``"lowest 3 cm"``; ``"ground"`` for a new fixed block ``ground`` under the
         structure, or ``"ground 0.5 m"`` for one with its top at this height. A support drawn as a single face becomes
-        a fixed block behind the face.
+        a fixed block behind the face. ``"NAME:x,z"`` holds some motions only: :attr:`blockstruct.Block.held`.
     exclude
         Names of blocks to ignore; ``*`` matches any text.
     up : {"z", "y", "x"}

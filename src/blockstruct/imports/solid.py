@@ -21,7 +21,7 @@ from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike, si, to_quantity
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import MOTIONS, counted
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -225,7 +225,7 @@ def _with_supports_behind_faces(bodies: list[Solid], fixed: Sequence[str], repai
     whole = [body.vertices for body in bodies if len(body.faces) > 1]
     supports = []
     for body in bodies:
-        is_support = body.fixed or any(_pattern(name).fullmatch(body.name) for name in fixed)
+        is_support = body.fixed or any(_pattern(_split(name)[0]).fullmatch(body.name) for name in fixed)
         if len(body.faces) != 1 or not is_support or not whole:
             supports.append(body)
             continue
@@ -233,6 +233,13 @@ def _with_supports_behind_faces(bodies: list[Solid], fixed: Sequence[str], repai
         supports.append(replace(body, vertices=vertices, faces=faces, fixed=True))
         repairs.append(Repair(body.name, "behind", 1))
     return supports
+
+
+def _split(text: str) -> tuple[str, tuple[str, ...]]:
+    """Return the name of a support, and the motions after its last colon; all motions without them."""
+    name, _, motions = text.rpartition(":")
+    held = tuple(motion.strip() for motion in motions.split(","))
+    return (name, held) if name and set(held) <= set(MOTIONS) else (text, MOTIONS)
 
 
 def _pattern(text: str) -> re.Pattern[str]:
@@ -267,7 +274,7 @@ def _without_copies(blocks: list[Block], source: str, repairs: list[Repair]) -> 
         one, other, near = blocks[i], blocks[j], WELD * extents[i]
         if j in copies or i in copies or not _same_shape(one, other, near):
             continue
-        if (one.material, one.fixed) != (other.material, other.fixed):
+        if (one.material, one.held) != (other.material, other.held):
             msg = (
                 f"{source}: blocks {one.name!r} and {other.name!r} are one body given twice, of different materials or "
                 "only once as a support; remove one of them, or exclude it by name"
@@ -292,9 +299,10 @@ def _same_shape(one: Block, other: Block, near: float) -> bool:
 def _supported(blocks: list[Block], fixed: Sequence[str], source: str, notes: list[str]) -> list[Block]:
     """Mark supports by name, and on request the lowest blocks and a new block of ground."""
     known = {b.name for b in blocks}
-    names: set[str] = set()
+    held: dict[str, set[str]] = {b.name: set(b.held) for b in blocks}
     grounds: list[Block] = []
-    for name in fixed:
+    for text in fixed:
+        name, motions = (text, MOTIONS) if text in known else _split(text)
         keyword, _, rest = name.partition(" ")
         if name in known and keyword == "lowest":
             msg = (
@@ -303,16 +311,19 @@ def _supported(blocks: list[Block], fixed: Sequence[str], source: str, notes: li
             )
             raise ModelError(msg)
         found = {b for b in known if _pattern(name).fullmatch(b)}
+        if keyword == "lowest" and not found:
+            found = _lowest(blocks, rest.strip(), source, notes)
         if found:
-            names |= found
-        elif keyword == "lowest":
-            names |= _lowest(blocks, rest.strip(), source, notes)
-        elif keyword == "ground" and "ground" not in known:
+            for one in found:
+                held[one].update(motions)
+        elif keyword == "ground" and motions == MOTIONS and "ground" not in known:
             grounds = [ground_under(blocks, rest.strip(), source)]
             notes.append(f"a fixed block 'ground' added, its top at {grounds[0].shape.vertices[:, 2].max():.6g} m")
         else:
-            raise UnknownNameError(_no_block(name, "fix", [b.name for b in blocks], source))
-    return [*grounds, *(attrs.evolve(b, fixed=b.fixed or b.name in names) for b in blocks)]
+            raise UnknownNameError(_no_block(text, "fix", [b.name for b in blocks], source))
+    blocks = [attrs.evolve(b, fixed=held[b.name]) for b in blocks]
+    notes += [f"held in {', '.join(b.held)} alone: {b.name}" for b in blocks if b.is_roller]
+    return [*grounds, *blocks]
 
 
 def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> set[str]:
@@ -333,7 +344,7 @@ def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> 
 
 
 def _no_block(name: str, verb: str, names: Sequence[str], source: str) -> str:
-    more = "; or give lowest or ground" if verb == "fix" else ""
+    more = "; or give lowest, ground, or NAME:x,z for some motions" if verb == "fix" else ""
     return f"{source}: no block {name!r} to {verb}; there are {_few(names)}{more}"
 
 

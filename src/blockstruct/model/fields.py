@@ -240,7 +240,7 @@ not_negative = limit(lambda value: value >= 0, "give zero or more")
 def _in_context(convert: Callable[..., Any]) -> Any:
     @functools.wraps(convert)
     def in_context(value: Any, thing: Any, field: Any) -> Any:
-        return convert(value, what=f"{label(thing)}: {field.name}", **field.metadata)
+        return convert(value, what=f"{label(thing)}: {field.alias or field.name}", **field.metadata)
 
     return attrs.Converter(in_context, takes_self=True, takes_field=True)
 

@@ -35,7 +35,7 @@ class Model(ModelObject):
     name
         Name of the structure.
     blocks
-        Blocks with unique names, at least one of them fixed.
+        Blocks with unique names, at least one of them fixed or on rollers.
     interfaces : Detection or iterable of Interface
         Result of :func:`blockstruct.detect_interfaces`, or interfaces with unique names between blocks of the model.
         The model accepts every interface of a Detection, because it knows the tolerances.
@@ -82,20 +82,24 @@ class Model(ModelObject):
         self._check_ties()
 
     def __repr__(self) -> str:
-        fixed = sum(b.fixed for b in self.blocks)
-        size = f"{counted(len(self.blocks), 'block')}, {fixed} fixed, {counted(len(self.interfaces), 'interface')}"
+        size = f"{self._size}, {counted(len(self.interfaces), 'interface')}"
         ties = f", {counted(len(self.ties), 'tie')}" if self.ties else ""
         return f"<Model {self.name!r}: {size}{ties}>"
 
     def _repr_html_(self) -> str:
-        size = f"{counted(len(self.blocks), 'block')}, {sum(b.fixed for b in self.blocks)} fixed"
         weight = sum(b.weight for b in self.blocks if not b.fixed)
-        rows = [("blocks", f"{size}; the free ones weigh {weight / 1e3:.4g} kN")]
+        rows = [("blocks", f"{self._size}; the free ones weigh {weight / 1e3:.4g} kN")]
         rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
         rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
         rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
         rows += [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
         return html_table(self.name, ["", ""], rows)
+
+    @property
+    def _size(self) -> str:
+        rollers = sum(b.is_roller for b in self.blocks)
+        size = f"{counted(len(self.blocks), 'block')}, {sum(b.fixed for b in self.blocks)} fixed"
+        return f"{size}, {rollers} on rollers" if rollers else size
 
     @property
     def materials(self) -> dict[str, Material]:
@@ -125,7 +129,9 @@ class Model(ModelObject):
             "name": self.name,
             "materials": [_fields(m) for m in self.materials.values()],
             "joint_materials": [_fields(m) for m in self.joint_materials.values()],
-            "blocks": [(b.name, b.material.name, b.fixed, b.shape.faces) for b in self.blocks],
+            "blocks": [
+                (b.name, b.material.name, list(b.held) if b.is_roller else b.fixed, b.shape.faces) for b in self.blocks
+            ],
             "interfaces": [(i.name, i.minus, i.plus, i.joint_material.name) for i in self.interfaces],
         }
         if self.ties:
@@ -172,7 +178,7 @@ class Model(ModelObject):
             if twice:
                 msg = f"{who}: different {kind}s share the names {listed(twice)}; rename them"
                 raise ModelError(msg)
-        if not any(b.fixed for b in self.blocks):
+        if not any(b.held for b in self.blocks):
             msg = f"{who}: no block is fixed; add the ground as a block with fixed=True (--ground of imports)"
             raise ModelError(msg)
         if all(b.fixed for b in self.blocks):
@@ -200,7 +206,7 @@ class Model(ModelObject):
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int)
-        floating = [self.blocks[k].name for k in unsupported(np.array([b.fixed for b in self.blocks]), ends)]
+        floating = [self.blocks[k].name for k in unsupported(np.array([bool(b.held) for b in self.blocks]), ends)]
         if floating:
             msg = (
                 f"model {self.name!r}: floating blocks, {len(floating)} in all, have no path to a support through "

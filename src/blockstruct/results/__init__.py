@@ -33,6 +33,7 @@ from blockstruct.results.pushed_ties import (
     broken_ties,
     pushed_tie_state,
 )
+from blockstruct.results.reactions import support_reactions
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
@@ -93,6 +94,7 @@ __all__ = [
     "history_of",
     "iteration_variables",
     "interface_resultants",
+    "support_reactions",
     "MacroBlock",
     "macro_blocks",
     "mechanism",

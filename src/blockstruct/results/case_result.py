@@ -21,6 +21,7 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.pushed_ties import broken_ties
+from blockstruct.results.reactions import support_reactions
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
@@ -200,6 +201,11 @@ class CaseResult:
     def resultants(self) -> xr.Dataset:
         """Resultants: :func:`blockstruct.results.interface_resultants`."""
         return interface_resultants(self.history)
+
+    @property
+    def support_reactions(self) -> xr.Dataset:
+        """Reactions of the supports: :func:`blockstruct.results.support_reactions`."""
+        return support_reactions(self.model, self.case, self.history)
 
     @property
     def states(self) -> xr.DataArray:

@@ -82,7 +82,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
 
     Model, loads and history give it.
 
-    It is None if the case is unbounded, has no iterations or its last program no solution: there is no state to certify.
+    It is None if the case is unbounded, has no iterations, or its last program has no solution.
 
     Raises
     ------

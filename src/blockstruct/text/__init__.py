@@ -36,6 +36,7 @@ from blockstruct.text.mechanism import (
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
+from blockstruct.text.supports import more_rollers, roller_sentence
 from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
 
 __all__ = [
@@ -91,6 +92,9 @@ __all__ = [
     "more_ties",
     "motion_clause",
     "moving_sentence",
+    # supports
+    "more_rollers",
+    "roller_sentence",
     # ties
     "kilonewton",
     "tie_sentence",
