@@ -107,8 +107,8 @@ def test_every_procedure_is_replayed(settings, solver):
     statics = Statics.of(model)
     problem = LimitProblem.of(statics, case)
 
-    def solved(solver):
-        steps = solve_limit_case(problem, case.flow, settings, solver)
+    def solved(solver, follow=iter):
+        steps = follow(solve_limit_case(problem, case.flow, settings, solver))
         iterations = []
         while True:
             try:
@@ -121,7 +121,7 @@ def test_every_procedure_is_replayed(settings, solver):
     for at in (1, 3, 6, len(iterations)):
         rest = solver(at) if solver is Unreliable else solver()
         replay = ReplaySolver(statics, problem, history_of(statics, problem, iterations[:at]), rest)
-        again, same = solved(replay)
+        again, same = solved(replay, replay.follow)
         assert same.status == outcome.status
         # To the tolerance of the certificate: forces go through SI units, and the last bit of a force can decide which
         # of many equally good ones a program takes.

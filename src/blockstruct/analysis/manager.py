@@ -17,7 +17,7 @@ from blockstruct.analysis.planning import Run, blank_history, planned_result, ru
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
 from blockstruct.analysis.recorder import Recorder
-from blockstruct.analysis.replay import ReplaySolver, followed
+from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
 from blockstruct.model import Case, Model, Pushover, checked_text, checked_tuple
@@ -269,7 +269,7 @@ class AnalysisManager:
         own = problem.at_unit_load
         solver = ReplaySolver(statics, own, before.history, solver_of(settings))
         made_by = before.versions if before.n_iterations else ()
-        steps = followed(solve_limit_case(own, case.flow, settings, solver), before.history)
+        steps = solver.follow(solve_limit_case(own, case.flow, settings, solver))
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
         started_at = before.started_at if before.n_iterations else now()
@@ -297,7 +297,9 @@ class AnalysisManager:
         )
         if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
             return done
-        return pushed_over(done, statics, problem, iterations[-1], listeners)
+        # The curve begins with the collapse state as the first run kept it.
+        kept = before.history if before.n_iterations == len(iterations) else history
+        return pushed_over(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)

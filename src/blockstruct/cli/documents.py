@@ -29,7 +29,7 @@ def import_(
     fix: Annotated[
         list[str] | None,
         typer.Option(
-            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'; NAME:x,z holds only x and z.",
+            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'; NAME:x,z holds only these.",
             show_default=False,
         ),
     ] = None,
