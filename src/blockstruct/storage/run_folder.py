@@ -146,12 +146,20 @@ def _try_folder(place: Path) -> None:
         folder.mkdir()
         folder.rmdir()
     except OSError as error:
-        if not folder.is_dir():
-            if isinstance(error, FileExistsError):
-                raise _in_the_way(place) from error
+        if _is_file(folder):
+            raise _in_the_way(place) from error
+        # Another writer may have removed the folder in the meantime.
+        was_there = isinstance(error, FileExistsError | FileNotFoundError) and not folder.exists()
+        if not was_there and error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
             raise
-        if error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
-            raise
+
+
+def _is_file(folder: Path) -> bool:
+    """Return whether something other than a folder is at a path; a folder may come and go at any moment."""
+    try:
+        return not stat.S_ISDIR(folder.stat().st_mode)
+    except FileNotFoundError:
+        return folder.is_symlink()
 
 
 def _in_the_way(path: Path) -> StorageError:
@@ -229,11 +237,11 @@ def _opened(lock: Path, path: Path) -> IO[bytes]:
         try:
             lock.parent.mkdir(parents=True, exist_ok=True)
             return lock.open("a+b", buffering=0)
-        except FileNotFoundError:
+        except (FileNotFoundError, FileExistsError) as error:
+            if _is_file(lock.parent):
+                raise _in_the_way(path) from error
             # Another writer has just removed the folder; but a link may lead nowhere, however often it is followed.
             continue
-        except FileExistsError as error:
-            raise _in_the_way(path) from error
         except OSError as error:
             msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
             raise StorageError(msg) from error
@@ -588,6 +596,9 @@ class Checkpoint:
             image, seal = sealed_image(planned, folder / "plan", is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
+            with contextlib.suppress(StorageError):
+                if not is_unfinished(place):
+                    clear(folder_of(place))
             lock.release()
             raise
         return cls(place, lock, planned, seal.decode(), replaced)
