@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.errors import GeometryError
+from blockstruct.model import fit
 from properties import few
 from structures import moved, rotation, solve
 
@@ -47,6 +49,18 @@ def test_a_gap_is_accepted_a_near_miss_or_rejected(gap, reason, near_miss):
     assert contact.area == pytest.approx(1.0)
     assert contact.orientation == bs.vocabulary.JointOrientation.HEAD
     assert [o[:2] for o in report.overlaps] == ([("a", "b")] if gap < -0.001 else [])
+
+
+def test_a_detection_gives_the_overlaps_of_its_own_blocks_only(monkeypatch):
+    blocks = [FLOOR, box("a", [0, 0, 0]), box("b", [1 - 2e-5, 0, 0])]
+    found = detect(*blocks)
+    gap = found.report.tolerances.gap
+    assert [pair[:2] for pair in found.overlaps_of(blocks, gap)] == [(1, 2)]
+    assert found.overlaps_of([*blocks[:2], box("b", [1, 0, 0])], gap) is None
+    assert found.overlaps_of(blocks, gap / 2) is None
+    monkeypatch.setattr(fit, "overlapping_pairs", None)
+    with pytest.raises(GeometryError, match="overlapping blocks"):
+        bs.Model("same", blocks, found)
 
 
 def test_a_penetration_is_an_overlap_with_its_depth():

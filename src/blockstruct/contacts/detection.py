@@ -140,7 +140,7 @@ def detect_interfaces(
             interfaces.append(interface.with_joint_material(rule(interface)))
         contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
     check_rules_fit(joint_material, interfaces, who)
-    return Detection(tuple(interfaces), _report(blocks, limits, contacts))
+    return Detection(tuple(interfaces), _report(blocks, limits, contacts), tuple(blocks))
 
 
 def _free_name(pair: str, taken: Collection[str]) -> str:

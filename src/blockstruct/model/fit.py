@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
 from blockstruct.model.block import Block
-from blockstruct.model.detection_report import DetectionReport
+from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import counted, listed
 
@@ -31,7 +31,7 @@ COVERED, PARALLEL = 1e-3, 0.99
 SAME_AREA = 1e-6
 
 
-def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]]:
+def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None) -> list[tuple[int, int, float]]:
     """Return the blocks that overlap by more than contacts within a gap.
 
     Contacts are measured between the mean planes of faces. The deviation of corners from these planes is added to the
@@ -43,6 +43,8 @@ def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]
         In the order of the indices in the result.
     gap
         Largest penetration of a contact, m.
+    found
+        Detection whose report has the overlaps, if it is of the same blocks.
 
     Returns
     -------
@@ -50,12 +52,18 @@ def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]
         ``i < j``. Pairs of supports are included.
     """
     off = [float(b.shape.deviations.max()) for b in blocks]
-    pairs = overlapping_pairs([b.shape for b in blocks], gap)
+    known = found.overlaps_of(blocks, gap) if found else None
+    pairs = overlapping_pairs([b.shape for b in blocks], gap) if known is None else known
     return [(i, j, depth) for i, j, depth in pairs if depth > gap + off[i] + off[j]]
 
 
 def check_overlaps(
-    who: str, blocks: Sequence[Block], interfaces: Sequence[Interface], detection: DetectionReport | None, size: float
+    who: str,
+    blocks: Sequence[Block],
+    interfaces: Sequence[Interface],
+    detection: DetectionReport | None,
+    size: float,
+    found: Detection | None = None,
 ) -> None:
     """Refuse blocks that overlap, unless both are supports.
 
@@ -69,7 +77,7 @@ def check_overlaps(
     joined = {frozenset((i.minus, i.plus)) for i in interfaces}
     pairs = [
         (a.name, b.name, depth)
-        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap))
+        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap, found))
         if not ((a.fixed and b.fixed) or (depth <= JOINED_OVERLAP * size and frozenset((a.name, b.name)) in joined))
     ]
     if pairs:
