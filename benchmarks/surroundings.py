@@ -13,6 +13,7 @@ from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
 
+import numpy as np
 from scipy.stats import norm
 
 import blockstruct as bs
@@ -66,8 +67,9 @@ def vaults(sizes: list[tuple[int, int]]) -> None:
     for courses, units in sizes:
         dome = bs.dome(span="8 m", thickness="60 cm", courses=courses, units=units, oculus="1.6 m", material=TUFF)
         like = wall(units, round(len(dome) / units))
-        repeats = 3 if len(dome) < 1000 else 1
-        curved, straight = (least(lambda b=b: model_of(list(b)), repeats) for b in (dome, like))
+        # In turns, because the last geometry is remembered.
+        times = [[least(lambda b=b: model_of(list(b)), 1) for b in (dome, like)] for _ in range(3)]
+        curved, straight = np.min(times, axis=0)
         row(
             f"detection and model, dome of {len(dome)} over wall of {len(like)} blocks ({curved:.3g} s)",
             curved / straight,

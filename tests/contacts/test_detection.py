@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.contacts import detection
 from blockstruct.errors import GeometryError
 from blockstruct.model import fit
 from properties import few
@@ -61,6 +62,21 @@ def test_a_detection_gives_the_overlaps_of_its_own_blocks_only(monkeypatch):
     monkeypatch.setattr(fit, "overlapping_pairs", None)
     with pytest.raises(GeometryError, match="overlapping blocks"):
         bs.Model("same", blocks, found)
+
+
+def test_blocks_of_the_same_shapes_are_searched_once(monkeypatch):
+    def blocks(x):
+        return [FLOOR, box("a", [0, 0, 0]), box("b", [x, 0, 0])]
+
+    first = bs.detect_interfaces(blocks(1), DRY)
+    monkeypatch.setattr(detection, "coplanar_face_pairs", None)
+    again = bs.detect_interfaces(blocks(1), {"bed": LIME, "*": DRY})
+    assert again.report == first.report
+    assert [i.joint_material for i in again.interfaces] == [LIME, LIME, DRY]
+    assert bs.Model("again", blocks(1), again).joint_materials == {"lime": LIME, "dry": DRY}
+    for other in (lambda: detect(*blocks(1.5)), lambda: detect(*blocks(1), tolerance="1 mm")):
+        with pytest.raises(TypeError, match="not callable"):
+            other()
 
 
 def test_a_penetration_is_an_overlap_with_its_depth():
