@@ -189,6 +189,16 @@ def test_the_import_is_light():
     assert done.stdout.strip() == "set() LazyRegistry"
 
 
+def test_the_help_of_the_console_loads_no_room_but_its_own():
+    code = "import sys; sys.argv[1:] = ['--help']; from blockstruct.cli import main\ntry: main()\n"
+    code += "finally: print(list(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {"numpy", "pint", *(f"blockstruct.{room}" for room in ROOMS)} & set(
+        ast.literal_eval(done.stdout.splitlines()[-1])
+    )
+    assert loaded == {f"blockstruct.{room}" for room in ("cli", "errors", "keywords", "vocabulary")}
+
+
 def test_what_is_loaded_later_is_there():
     assert bs.imports.read_mesh
     assert bs.read_document

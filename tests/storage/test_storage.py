@@ -268,7 +268,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(run_folder, "sync", full)
+    monkeypatch.setattr(run_folder.os, "fsync", full)
     with pytest.raises(bs.errors.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
     assert target.read_bytes() == path.read_bytes()

@@ -73,7 +73,7 @@ class AnalysisManager:
         If an interface that crushes cannot be divided into cells.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         model: Model,
         store: str | Path | None = None,

@@ -1,5 +1,7 @@
 """The command, its options and exit codes."""
 
+from __future__ import annotations
+
 import contextlib
 import io
 import math
@@ -8,19 +10,18 @@ import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.segment import Segment
-from rich.table import Table
 from typer.core import TyperGroup
 
 import blockstruct as bs
-from blockstruct.text import tilting_table
-from blockstruct.views import directions_text, iteration_table, result_text, summary_table
-from blockstruct.views.words import cells_of
 from blockstruct.vocabulary import printable
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 #: Exit codes; the last two follow the signals SIGINT and SIGPIPE.
 DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
@@ -134,6 +135,10 @@ def say_table(table: Table) -> None:
 
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     """Print every case with its certificate, on request with its iterations, and then a table."""
+    from blockstruct.text import tilting_table
+    from blockstruct.views import directions_text, iteration_table, result_text, summary_table
+    from blockstruct.views.words import cells_of
+
     for result in analysis.values():
         if iterations:
             out.print(iteration_table(result.history))

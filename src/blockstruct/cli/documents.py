@@ -1,5 +1,7 @@
 """Commands on model documents, and the check of any file."""
 
+from __future__ import annotations
+
 import math
 import warnings
 from pathlib import Path
@@ -9,7 +11,6 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import VIOLATIONS, app, say
-from blockstruct.views import model_text
 from blockstruct.vocabulary import counted
 
 
@@ -157,6 +158,8 @@ def check(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
 ) -> None:
     """Print the blocks and the interfaces of a model document, with rejected contacts."""
+    from blockstruct.views import model_text
+
     document = bs.read_document(model)
     bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
     say(model_text(document.model))

@@ -1,10 +1,11 @@
 """Commands that look at analyses."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import pandas as pd
 import typer
 
 import blockstruct as bs
@@ -19,10 +20,10 @@ from blockstruct.cli.verification import (
     checks_of,
 )
 from blockstruct.keywords import did_you_mean
-from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
-from blockstruct.views.output import write_csv
-from blockstruct.views.words import without_curve_words
 from blockstruct.vocabulary import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Printed variables of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
@@ -31,6 +32,8 @@ _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [mete
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
     """Print the results of an analysis, with their certificates."""
+    from blockstruct.views import analysis_summary, parameter_texts
+
     analysis = bs.open_analysis(file)
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
@@ -74,6 +77,8 @@ def history(
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case, or the states of a pushover."""
+    from blockstruct.views import iteration_table
+
     analysis = bs.open_analysis(file)
     if case is None:
         say("\n".join(analysis))
@@ -103,6 +108,8 @@ def _states(
     result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
 ) -> None:
     """Print the states of a pushover, or write them to a file."""
+    from blockstruct.views.words import without_curve_words
+
     if result.capacity is None:
         msg = f"--pushover: case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
@@ -142,6 +149,8 @@ def archive(
     csv: CsvOption = None,
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
+    from blockstruct.views import archive_table
+
     found = bs.Archive(folder)
     whole = csv is not None or all_columns
     table = found.select(where, all_columns=whole)
@@ -277,6 +286,8 @@ def _written(path: Path, show_it: bool) -> None:
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    from blockstruct.views.output import write_csv
+
     if path.suffix.lower() != ".csv":
         msg = f"{path}: give a name that ends in .csv"
         raise bs.errors.StorageError(msg)

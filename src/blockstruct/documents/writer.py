@@ -110,7 +110,7 @@ def _same(known: list[Interface], detected: list[Interface]) -> bool:
     )
 
 
-def write_draft(
+def write_draft(  # noqa: PLR0913
     path: str | Path,
     name: str,
     blocks: Iterable[Block],
@@ -159,7 +159,7 @@ def _limits(path: Path, gap: Any, angle: Any, area: Any) -> dict[str, Any]:
     return {n: f"{si(v, dim, f'{path}: {n}')!r} {unit}" for n, v, dim, unit in tolerances if v is not None}
 
 
-def _write(
+def _write(  # noqa: PLR0913
     path: Path,
     name: str,
     blocks: Sequence[Block],

@@ -42,7 +42,7 @@ _NUMERIC |= {*range(420, 430), *range(440, 470), *range(1010, 1072)}
 _NAMED = 20
 
 
-def read_drawing(
+def read_drawing(  # noqa: PLR0913
     file: str | Path,
     *,
     unit: QuantityLike,
@@ -127,7 +127,7 @@ def read_drawing(
     return make_blocks([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
 
 
-def drawing_content(
+def drawing_content(  # noqa: PLR0913
     path: Path,
     *,
     unit: QuantityLike,

@@ -150,7 +150,7 @@ def _said(value: float) -> str:
 CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate) if f.name != "settings")
 
 
-def certify(
+def certify(  # noqa: PLR0913
     problem: LimitProblem,
     x: Array,
     u: Array,

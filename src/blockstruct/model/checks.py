@@ -4,7 +4,7 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,9 +60,14 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     return (x / length, y / length, z / length) if abs(length - 1) > _ROUNDING else (x, y, z)
 
 
+def is_name(name: Any) -> TypeGuard[str]:
+    """Return whether a value is a name: a text that is not blank, printable on one line, and not too long."""
+    return isinstance(name, str) and bool(name.strip()) and name.isprintable() and len(name) <= LONGEST_NAME
+
+
 def checked_name(name: Any, kind: str) -> str:
     """Return the name; refuse a blank text, one that is not printable on one line, or one too long to be stored."""
-    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+    if not is_name(name):
         msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
     return name

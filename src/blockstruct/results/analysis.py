@@ -53,7 +53,7 @@ class Analysis(Mapping[str, CaseResult]):
     parameters: Mapping[str, Any]
     study: str
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         model: Model,
         results: Mapping[str, CaseResult],

@@ -35,6 +35,7 @@ from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,
     Blank,
+    ModelImage,
     Snapshot,
     Stamp,
     folder_of,
@@ -389,7 +390,8 @@ def _write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
         draft.unlink(missing_ok=True)
         with draft.open("xb") as stream:
             stream.writelines(parts)
-        sync(draft)
+            stream.flush()
+            os.fsync(stream.fileno())
     except OSError as error:
         with contextlib.suppress(OSError):
             draft.unlink()
@@ -424,11 +426,11 @@ def _refuse_other(place: Path, present: Stamp | None, replaced: Sequence[Stamp])
         raise StorageError(msg)
 
 
-def sync(path: str | Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    if os.name == "nt" and Path(path).is_dir():
+def sync(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk."""
+    if os.name == "nt":
         return  # Windows opens no folders.
-    descriptor = os.open(path, os.O_RDONLY)
+    descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:
@@ -568,9 +570,17 @@ class Checkpoint:
     Use :meth:`begin` or :meth:`reopen`, as a context.
     """
 
-    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
+    def __init__(
+        self,
+        place: Path,
+        lock: WriterLock,
+        planned: Analysis,
+        seal: str,
+        replaced: Sequence[Stamp],
+        part: ModelImage | None = None,
+    ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced = lock, tuple(replaced)
+        self._lock, self._replaced, self._part = lock, tuple(replaced), part
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
         self._steps = dict.fromkeys(planned, 0)
@@ -593,7 +603,8 @@ class Checkpoint:
             clear(folder)
             replaced = _present(place)
             _put(folder / "target", _target(replaced))
-            image, seal = sealed_image(planned, folder / "plan", is_plan=True)
+            part = ModelImage.of(planned, folder / "plan")
+            image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
             with contextlib.suppress(StorageError):
@@ -601,7 +612,7 @@ class Checkpoint:
                     clear(folder_of(place))
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced)
+        return cls(place, lock, planned, seal.decode(), replaced, part)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -684,7 +695,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        _write(sealed_image(analysis, self.place), self.place, self._replaced, self._announce)
+        _write(sealed_image(analysis, self.place, self._part), self.place, self._replaced, self._announce)
         clear(self.folder)
 
     def __enter__(self) -> Self:

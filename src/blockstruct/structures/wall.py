@@ -107,13 +107,7 @@ def wall(
     if rubble is not None and not isinstance(rubble, Rubble):
         msg = f"wall: rubble is {shown(rubble)}; give a Rubble"
         raise ModelError(msg)
-    if unit_length is not None:
-        unit = positive_length(unit_length, "wall: unit_length")
-    elif rubble is not None:
-        unit = (rubble.shortest + rubble.longest) / 2
-    else:
-        msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
-        raise ModelError(msg)
+    unit = _unit(unit_length, rubble)
     headers = None if header_every is None else checked_count(header_every, 2, "wall: header_every")
     bond = Bond(unit, course, t, checked_count(leaves, 1, "wall: leaves"), headers)
     front = checked_tuple(openings, AnyOpening, "wall: openings")
@@ -174,6 +168,16 @@ def wall(
             units = whole.course(j, [part], 0.0, j % 2 == 0, (), rubble=joints, gaps=face, within=slope)
             laid.course(units, j, axes, f"{pier.name}.")
     return laid.blocks
+
+
+def _unit(unit_length: QuantityLike | None, rubble: Rubble | None) -> float:
+    """Return the length of a whole unit, m; by default the mean of the limits of rubble."""
+    if unit_length is not None:
+        return positive_length(unit_length, "wall: unit_length")
+    if rubble is None:
+        msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
+        raise ModelError(msg)
+    return float(rubble.shortest + rubble.longest) / 2
 
 
 def _bonding(depth: float, unit: float) -> float:

@@ -235,7 +235,7 @@ class Directions:
         return "\n".join(lines)
 
 
-def directions(
+def directions(  # noqa: PLR0913
     model: Model,
     dead: LoadPattern,
     directions: Any = 8,
