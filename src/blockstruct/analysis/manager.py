@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.analysis.checks import checked_problems
+from blockstruct.analysis.checks import checked_problems, located_cases
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.planning import Run, blank_history, planned_result, runs_of
@@ -136,7 +136,7 @@ class AnalysisManager:
             If another run writes to the store, or the store holds the iterations of a killed run. Raised before
             anything is solved. Also if the disk is full; committed data are kept.
         """
-        given = checked_tuple(cases, Case, "AnalysisManager.run: cases")
+        given = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
         runs = runs_of(given, self.settings, schedules_of(spread))
         started_at = now()
         planned = {
@@ -223,7 +223,7 @@ class AnalysisManager:
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does, and return their limit problems."""
-        return checked_problems(self.statics, cases)
+        return checked_problems(self.statics, located_cases(self.model, cases))
 
     @classmethod
     def _resuming(

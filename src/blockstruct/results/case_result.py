@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
@@ -9,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
@@ -31,6 +32,8 @@ from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
+#: Figures of a result.
+_KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
 #: Statuses whose last iteration shows how the structure falls under its dead load.
 _FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
@@ -435,6 +438,33 @@ class CaseResult:
         """Sentences on the masses that a push moves; empty for self-weight alone."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
         return "" if plain else pushed_masses(self.model, self.case)
+
+    def plot(self, kind: str = "", **options: Any) -> Any:
+        """Draw the result and return the Axes.
+
+        Parameters
+        ----------
+        kind
+            A figure of :mod:`blockstruct.views.figures` that takes a result: ``"mechanism"``, ``"structure"``,
+            ``"forces"``, ``"loads"``, ``"convergence"``, ``"certificate"`` or ``"capacity"``. By default the mechanism,
+            or the structure if nothing moves.
+        options
+            Arguments of the figure, such as ``look="3d"`` or ``ax=``.
+
+        Raises
+        ------
+        ModelError
+            If the kind is unknown.
+        MissingExtraError
+            Without the extra ``viz``.
+        """
+        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
+        kind = kind or ("mechanism" if moves else "structure")
+        if kind not in _KINDS:
+            msg = f"case {self.name!r}: no figure {shown(kind)}; give one of {', '.join(_KINDS)}"
+            raise ModelError(msg)
+        # Views stand above results, and are loaded by name when they are used.
+        return getattr(import_module("blockstruct.views.figures"), kind)(self, **options)
 
     def describe(self) -> str:
         """Return sentences on the collapse.

@@ -178,13 +178,13 @@ def _load(load: Any) -> str:
             times = "" if share == 1 else f"{share:g} × "
             return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times every block's own weight, and every weight it carries"
         case bs.PointLoad(block=block, point=point, force=force):
-            return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
+            return f"a force {_vector(force, 'N')}{_on(block)} at {_vector(point, 'm')}"
         case bs.FaceLoad():
             return _on_face(load)
         case bs.Moment(block=block, moment=moment):
             return f"a couple {_vector(moment, 'N·m')} on block {block}"
         case bs.Weight(block=block, point=point, weight=weight):
-            return f"a weight of {quantity(weight, 'N')} on block {block} at {_vector(point, 'm')}"
+            return f"a weight of {quantity(weight, 'N')}{_on(block)} at {_vector(point, 'm')}"
         case bs.LineLoad(weight_per_length=weight):
             return f"a weight of {quantity(weight, 'N/m')} along a line {_where(load)}"
         case bs.AreaLoad(weight_per_area=weight):
@@ -193,6 +193,10 @@ def _load(load: Any) -> str:
             sideways = f", with {k:g} of it as lateral pressure" if k else ""
             return f"fill of {quantity(weight, 'N/m³')} up to z = {level:.4g} m, {_where(load)}{sideways}"
     return str(load)
+
+
+def _on(block: str | None) -> str:
+    return "" if block is None else f" on block {block}"
 
 
 def _where(load: bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
