@@ -165,14 +165,14 @@ def check(
     _say_checked(_checked(model))
 
 
-def _checked(path: Path) -> bs.Document:
+def _checked(path: Path) -> bs.documents.Document:
     """Return a model document that can run."""
     document = bs.read_document(path)
     bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
     return document
 
 
-def _say_checked(document: bs.Document) -> None:
+def _say_checked(document: bs.documents.Document) -> None:
     say(model_text(document.model))
     say(str(document.report))
     say(f"ready to run: {', '.join(case.name for case in document.cases)}")

@@ -18,7 +18,7 @@ from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.crushing_cells import crushing_in_cells
 from blockstruct.results.description import describe, failures
 from blockstruct.results.headline import Headline
-from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
+from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.pushed_ties import broken_ties
@@ -198,6 +198,11 @@ class CaseResult:
     def macro_blocks(self) -> list[MacroBlock]:
         """Bodies of the mechanism: :func:`blockstruct.results.macro_blocks`."""
         return macro_blocks(self.model, self.mechanism, dead=self.case.dead)
+
+    @property
+    def bodies(self) -> pd.DataFrame:
+        """Moving bodies as a table of vectors: :func:`blockstruct.results.body_table`."""
+        return body_table([body for body in self.macro_blocks if body.moves])
 
     @property
     def resultants(self) -> xr.Dataset:
