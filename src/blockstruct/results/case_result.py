@@ -27,11 +27,13 @@ from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.torsion import torsion_notes
 from blockstruct.results.utilisation import biaxial_crushing, utilisation
-from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, ended, why
+from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, effect_note, ended, why
 from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
+#: Notes on torsion that its measured effect replaces.
+_OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
 #: Figures of a result.
 _KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -317,28 +319,15 @@ class CaseResult:
         return tuple(map(str, self._cautions))
 
     @property
-    def torsion_warning(self) -> str:
-        """Sentences on torsion that the number depends on; usually empty.
-
-        :func:`blockstruct.results.corner_torsion` gives the figures of each joint.
-        """
-        return " ".join(map(str, self._torsion))
-
-    @property
-    def crushing_warning(self) -> str:
-        """Sentences on rectangular joints that bear too much; usually empty.
-
-        Such joints bend about both axes.
-
-        It is always empty with ``crushing_interaction="biaxial"``. ``result.utilisation["crushing"]`` gives the
-        figures of each joint.
-        """
-        return str(self._crushing or "")
-
-    @property
     def cells(self) -> str:
         """Sentences on joints that crush in cells; empty without any."""
         return str(self._cells or "")
+
+    @property
+    def wanted_effects(self) -> tuple[str, ...]:
+        """Facts of the outcome that would tell the effect of a note: ``uniform_torsion``, ``biaxial_crushing``."""
+        torsion = any(note.code in _OF_CORNERS for note in self._torsion)
+        return ("uniform_torsion",) * torsion + ("biaxial_crushing",) * (self._crushing is not None)
 
     @property
     def _cells(self) -> Note | None:
@@ -360,12 +349,22 @@ class CaseResult:
 
     @property
     def _torsion(self) -> list[Note]:
-        return torsion_notes(self.model, self.history, self.answer.name) if self.status is Status.CONVERGED else []
+        if self.status is not Status.CONVERGED:
+            return []
+        notes, changed = torsion_notes(self.model, self.history, self.answer.name), self.outcome.uniform_torsion
+        if np.isnan(changed):
+            return notes
+        effect = effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
+        kept = [note for note in notes if note.code not in _OF_CORNERS]
+        return [*([effect] if effect else []), *kept]
 
     @property
     def _crushing(self) -> Note | None:
         if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
             return None
+        changed = self.outcome.biaxial_crushing
+        if np.isfinite(changed):
+            return effect_note(NoteCode.BIAXIAL_CRUSHING, self.load_factor, changed, self.answer)
         return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
 
     @property

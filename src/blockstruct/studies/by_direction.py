@@ -298,7 +298,7 @@ def directions(
     ([0.4, 0.2, 0.4, 0.2], 90.0)
     """
     cases = direction_cases(dead, directions, vertical=vertical, flow=flow)
-    manager = AnalysisManager(model, store, settings=settings, listeners=listeners)
+    manager = AnalysisManager(model, store, settings=settings, listeners=listeners, effects=False)
     around = Directions.of(manager.run(cases, spread=spread))
     if around.without_load_factor:
         msg = (

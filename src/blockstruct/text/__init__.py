@@ -20,7 +20,7 @@ from blockstruct.text.case import (
 )
 from blockstruct.text.caveats import caveats
 from blockstruct.text.ending import ended, found_by, range_text, sentence, why
-from blockstruct.text.joints import biaxial_note, cells_note, torsion_note
+from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
 from blockstruct.text.mechanism import (
     LISTED,
     NO_COLLAPSE_STATE,
@@ -53,6 +53,8 @@ __all__ = [
     "biaxial_note",
     "caveats",
     "cells_note",
+    "EFFECT",
+    "effect_note",
     "torsion_note",
     # reports
     "Scope",
