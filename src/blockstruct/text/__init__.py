@@ -33,6 +33,7 @@ from blockstruct.text.mechanism import (
     more_ties,
     motion_clause,
     moving_sentence,
+    smaller_bodies,
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
@@ -93,6 +94,7 @@ __all__ = [
     "more_ties",
     "motion_clause",
     "moving_sentence",
+    "smaller_bodies",
     # ties
     "kilonewton",
     "tie_sentence",

@@ -39,6 +39,11 @@ def body_sentence(number: int, blocks: Sequence[str], share: float, motion: str)
     return f"{number}. A body of {counted(len(blocks), 'block')} ({names}; {share:.0%} of the weight) {motion}."
 
 
+def smaller_bodies(count: int) -> str:
+    """Return the name of bodies that are summed."""
+    return f"{counted(count, 'smaller body', 'smaller bodies')}"
+
+
 def more_bodies(count: int) -> str:
     """Return the sentence on bodies that are not listed."""
     return f"{count} smaller {'body moves' if count == 1 else 'bodies move'}, too."
