@@ -10,13 +10,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.analysis.checks import checked_problems
+from blockstruct.analysis.checks import checked_problems, located_cases
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.planning import Run, blank_history, planned_result, runs_of
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
 from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.remedies import with_effects
 from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
@@ -58,6 +59,9 @@ class AnalysisManager:
     parameters
         Parameters of the model, kept in the file: numbers, texts and quantities by name. They are columns of
         :meth:`blockstruct.Archive.table`.
+    effects
+        Whether to run a case with a note on torsion or crushing again by the remedy of the note, which then states how
+        much the number changes. It takes one to three times as long as the case.
     document_hash
         Hash of the document that describes the model: :attr:`blockstruct.documents.Document.hash`.
     study
@@ -85,6 +89,7 @@ class AnalysisManager:
         parameters: Mapping[str, Any] = MappingProxyType({}),
         study: str = "",
         document_hash: str = "",
+        effects: bool = True,
     ) -> None:
         if not isinstance(model, Model):
             msg = f"AnalysisManager: model is {shown(model)}; give a Model"
@@ -99,6 +104,7 @@ class AnalysisManager:
         self.parameters = checked_parameters(parameters, "AnalysisManager: parameters")
         self.study = checked_text(study, "AnalysisManager: study")
         self.document_hash = document_hash
+        self.effects = effects
         self.statics = Statics.of(model, Division(self.settings.crushing_cells))
         solver_of(self.settings)
         self.store = None if store is None else claim(store)
@@ -136,7 +142,7 @@ class AnalysisManager:
             If another run writes to the store, or the store holds the iterations of a killed run. Raised before
             anything is solved. Also if the disk is full; committed data are kept.
         """
-        given = checked_tuple(cases, Case, "AnalysisManager.run: cases")
+        given = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
         runs = runs_of(given, self.settings, schedules_of(spread))
         started_at = now()
         planned = {
@@ -223,7 +229,7 @@ class AnalysisManager:
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does, and return their limit problems."""
-        return checked_problems(self.statics, cases)
+        return checked_problems(self.statics, located_cases(self.model, cases))
 
     @classmethod
     def _resuming(
@@ -250,6 +256,13 @@ class AnalysisManager:
                 problem = LimitProblem.of(statics, before.case)
                 place = (number, len(analysis))
                 results[name] = result = self._run_case(before, statics, problem, listeners, place)
+                try:
+                    if self.effects and not result.schedule:
+                        results[name] = result = with_effects(result)
+                except KeyboardInterrupt:
+                    # The case has ended. Only the effect is missing.
+                    tell(listeners, CaseFinished(result))
+                    raise
                 tell(listeners, CaseFinished(result))
             except KeyboardInterrupt:
                 break

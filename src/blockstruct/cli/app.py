@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleOptions
 from rich.segment import Segment
 from typer.core import TyperGroup
 
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 #: Exit codes; the last two follow the signals SIGINT and SIGPIPE.
 DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
 
+#: Width, in characters, that no table reaches.
+_WHOLE = 10_000
+
 
 class _Console(Console):
     """A console that prints no control of a text, and lets the command decide how to end without a reader."""
@@ -34,6 +37,11 @@ class _Console(Console):
         """Render with the characters of other people's texts escaped; rich writes its own controls later."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else printable(text), style, control)
+
+    @property
+    def options(self) -> ConsoleOptions:
+        """Options of a print; a pipe or a file has lines of any length, so that tables stay whole."""
+        return super().options if self.is_terminal else super().options.update_width(_WHOLE)
 
     def on_broken_pipe(self) -> None:
         """Raise the BrokenPipeError that is being handled."""

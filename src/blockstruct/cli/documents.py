@@ -119,9 +119,15 @@ def import_(
     bs.documents.write_draft(
         output, output.stem, found.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits
     )
+    try:
+        document = _checked(output)
+    except bs.errors.BlockstructError:
+        # A document that cannot run would be in the way of the next attempt.
+        output.unlink()
+        raise
     names = ", ".join(repr(case.name) for case in cases)
     say(f"written: {output}, with the case{'s' if len(cases) > 1 else ''} {names}: edit its loads and cases")
-    check(output)
+    _say_checked(document)
 
 
 def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
@@ -158,10 +164,19 @@ def check(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
 ) -> None:
     """Print the blocks and the interfaces of a model document, with rejected contacts."""
+    _say_checked(_checked(model))
+
+
+def _checked(path: Path) -> bs.documents.Document:
+    """Return a model document that can run."""
+    document = bs.read_document(path)
+    bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
+    return document
+
+
+def _say_checked(document: bs.documents.Document) -> None:
     from blockstruct.views import model_text
 
-    document = bs.read_document(model)
-    bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
     say(model_text(document.model))
     say(str(document.report))
     say(f"ready to run: {', '.join(case.name for case in document.cases)}")

@@ -47,7 +47,7 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
     for name, result in analysis.items():
         made_by = [each.get("blockstruct", "?") for each in result.versions]
         if any(each != analysis.versions for each in result.versions):
-            say(f"  {name}: by blockstruct {', then '.join(made_by)}, see result.versions")
+            say(f"  {name}: by blockstruct {', then '.join(made_by)}")
     if analysis.parameters:
         say("with " + ", ".join(f"{name} = {value}" for name, value in parameter_texts(analysis)))
     print_results(analysis)

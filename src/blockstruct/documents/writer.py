@@ -225,7 +225,7 @@ def _case(case: Case) -> dict[str, Any]:
             "name": case.name,
             "dead": case.dead.name,
             "variable": case.variable.name,
-            "control": {"block": block, "direction": list(direction), **at},
+            "control": {**({"block": block} if block else {}), "direction": list(direction), **at},
             "steps": case.steps,
             **rounding,
         }

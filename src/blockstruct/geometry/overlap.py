@@ -57,6 +57,24 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     return pairs
 
 
+def bodies_at(bodies: list[Polyhedron], point: Array, tolerance: float) -> tuple[list[int], list[int]]:
+    """Return the bodies with a point (3,) in their interior, and the bodies with the point on their surface.
+
+    A point belongs to a surface up to a distance of ``tolerance``.
+    """
+    within, on = [], []
+    for k, body in enumerate(bodies):
+        low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+        if np.any(point < low - tolerance) or np.any(point > high + tolerance):
+            continue
+        triangles = _Surface.of(body, tolerance).triangles
+        if distances(point[None], triangles)[0] <= tolerance:
+            on.append(k)
+        elif half_solid_angles(triangles, point[None])[0] > np.pi:
+            within.append(k)
+    return within, on
+
+
 @dataclass(frozen=True, slots=True)
 class _Surface:
     """Surface of a body, for tests of points inside.

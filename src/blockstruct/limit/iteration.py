@@ -153,6 +153,9 @@ class Outcome:
     without_crushing : float
         Load factor of the same case without crushing; NaN as a rule. It is set if crushing raised the load factor by
         more than the accuracy of the procedure. ``load_factor`` is then this value.
+    uniform_torsion, biaxial_crushing : float
+        Load factor of the same case with the torsion of uniform pressure, and with crushing about both axes; NaN if it
+        was not found, because no note needs it.
     hung, jammed : tuple of int
         Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
     """
@@ -169,6 +172,8 @@ class Outcome:
     programs: int = 0
     load_ratio: float = np.nan
     without_crushing: float = np.nan
+    uniform_torsion: float = np.nan
+    biaxial_crushing: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
 

@@ -29,7 +29,7 @@ AXES_BY_NAME = {
 #: Deviation of the length of a direction from 1: the largest that is allowed, and the largest that is left unchanged.
 _LENGTH, _ROUNDING = 1e-3, 1e-12
 #: Largest distance of a point from the box around its block, relative to the block: rounding.
-_OFF_BLOCK = 1e-3
+OFF_BLOCK = 1e-3
 
 
 def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
@@ -179,7 +179,7 @@ def check_at_block(
         If it is outside by more than rounding.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    slack = _OFF_BLOCK * float((high - low).max())
+    slack = OFF_BLOCK * float((high - low).max())
     if np.any(point < low - slack) or np.any(point > high + slack):
         msg = (
             f"{what} at block {block!r} is {tuple(point)} m, outside the block, which extends from "

@@ -12,17 +12,19 @@ import numpy as np
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.geometry import unsupported
+from blockstruct.geometry import bodies_at, unsupported
 from blockstruct.model.block import Block
-from blockstruct.model.checks import check_unrepeated
+from blockstruct.model.checks import OFF_BLOCK, check_unrepeated
 from blockstruct.model.detection_report import Detection, DetectionReport
-from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments
+from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments, store
 from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
+from blockstruct.model.tie_segments import anchored
 from blockstruct.notebook import html_table
+from blockstruct.units import VectorLike, si_vector
 from blockstruct.vocabulary import Torsion, counted, listed
 
 
@@ -57,7 +59,7 @@ class Model(ModelObject):
         If an interface, a tie or the report names a block or an interface that the model does not have.
     """
 
-    computed: ClassVar = {"characteristic_length": "length"}
+    computed: ClassVar = {"characteristic_length": "length", "weight": "force"}
 
     name: str = field(validator=has_name)
     blocks: tuple[Block, ...] = field(converter=items, metadata={"kind": Block})
@@ -88,13 +90,7 @@ class Model(ModelObject):
         return f"<Model {self.name!r}: {size}{ties}>"
 
     def _repr_html_(self) -> str:
-        weight = sum(b.weight for b in self.blocks if not b.fixed)
-        rows = [("blocks", f"{self._size}; the free ones weigh {weight / 1e3:.4g} kN")]
-        rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
-        rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
-        rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
-        rows += [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
-        return html_table(self.name, ["", ""], rows)
+        return html_table(self.name, ["", ""], self._rows())
 
     @property
     def _size(self) -> str:
@@ -121,6 +117,24 @@ class Model(ModelObject):
     def characteristic_length(self) -> float:
         """Cube root of the mean volume of the free blocks, m."""
         return float(np.mean([b.volume for b in self.blocks if not b.fixed]) ** (1 / 3))
+
+    @property
+    def weight(self) -> float:
+        """Weight of the free blocks, N."""
+        return math.fsum(b.weight for b in self.blocks if not b.fixed)
+
+    def summary(self) -> str:
+        """Return the size, weight, materials and ties of the model, one line each."""
+        return "\n".join([self.name, *(f"  {name}: {text}" for name, text in self._rows())])
+
+    def _rows(self) -> list[tuple[str, str]]:
+        corners = np.concatenate([b.shape.vertices for b in self.blocks if not b.fixed])
+        extent = " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0))
+        rows = [("blocks", f"{self._size}; the free ones weigh {self.weight / 1e3:.4g} kN and extend over {extent} m")]
+        rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
+        rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
+        rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
+        return rows + [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
 
     @property
     def hash(self) -> str:
@@ -150,6 +164,50 @@ class Model(ModelObject):
             raise UnknownNameError(msg)
         return block
 
+    def block_at(self, point: VectorLike) -> Block:
+        """Return the block at a point: inside it, or on a face that no other free block shares.
+
+        Parameters
+        ----------
+        point : quantity, length, three components
+            In global coordinates. A free block counts before a support.
+
+        Raises
+        ------
+        ModelError
+            If no block is at the point, or several blocks share it.
+
+        Examples
+        --------
+        >>> from blockstruct.model import Interface, JointMaterial
+        >>> tuff = Material("tuff", "12 kN/m^3")
+        >>> base = Block.box("base", "[0, 0, -1] m", "[1, 1, 1] m", tuff, fixed=True)
+        >>> top = Block.box("top", "[0, 0, 0] m", "[1, 1, 1] m", tuff)
+        >>> joint = Interface("bed", "base", "top", "[[0,0,0], [1,0,0], [1,1,0], [0,1,0]] m", JointMaterial("dry", 0.6))
+        >>> Model("pier", [base, top], [joint]).block_at("[0.5, 0.5, 1] m").name
+        'top'
+        """
+        at = np.array(si_vector(point, "length", f"model {self.name!r}: point"))
+        within, on = bodies_at([b.shape for b in self.blocks], at, OFF_BLOCK * self.characteristic_length)
+        found = [self.blocks[k] for k in within or on]
+        found = [b for b in found if not b.fixed] or found
+        if len(found) == 1:
+            return found[0]
+        where = f"model {self.name!r}: the point ({', '.join(f'{x:.6g}' for x in at)}) m"
+        if found:
+            msg = f"{where} is on a joint of {listed([b.name for b in found])}; move it into one of them, or name one"
+        else:
+            msg = f"{where} is in no block; the nearest is {self._nearest(at)}"
+        raise ModelError(msg)
+
+    def _nearest(self, point: Any) -> str:
+        """Return the block whose box is nearest to a point, and the extent of this box."""
+        corners = [(b.shape.vertices.min(axis=0), b.shape.vertices.max(axis=0)) for b in self.blocks]
+        away = [float(np.linalg.norm(np.maximum(0, np.maximum(low - point, point - high)))) for low, high in corners]
+        k = int(np.argmin(away))
+        low, high = (end.round(6).tolist() for end in corners[k])
+        return f"{self.blocks[k].name!r}, which extends from {low} to {high} m"
+
     def with_ties(self, ties: Iterable[AnyTie]) -> "Model":
         """Return the same structure with other ties."""
         other: Model = changed(self, ties=items(ties, AnyTie, f"model {self.name!r}: ties"))
@@ -159,6 +217,7 @@ class Model(ModelObject):
     def _check_ties(self) -> None:
         self._check_names("tie", self.ties)
         try:
+            store(self, ties=tuple(anchored(tie, self.block_at) for tie in self.ties))
             tie_segments(self.ties, self.blocks)
         except ModelError as error:
             error.add_note(f"in model {self.name!r}")

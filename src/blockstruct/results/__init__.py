@@ -17,7 +17,7 @@ from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
-from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
+from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import (
     checked_parameters,
@@ -96,6 +96,7 @@ __all__ = [
     "interface_resultants",
     "support_reactions",
     "MacroBlock",
+    "body_table",
     "macro_blocks",
     "mechanism",
     "tie_forces",

@@ -71,7 +71,7 @@ _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
 #: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
-_FACTS = ("peak", "carried", "load_ratio", "without_crushing")
+_FACTS = ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing")
 _TEXTS = ("schedule", "of_case", "damage", "curve_ended")
 #: Members of the attribute of a settlement.
 _MOTION = ("supports", "direction", "about")

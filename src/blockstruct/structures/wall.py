@@ -30,7 +30,8 @@ def wall(
     height: QuantityLike | None = None,
     unit_length: QuantityLike | None = None,
     unit_height: QuantityLike,
-    depth: QuantityLike,
+    depth: QuantityLike | None = None,
+    thickness: QuantityLike | None = None,
     material: Material,
     openings: Sequence[AnyOpening] = (),
     sidewalls: Sequence[Sidewall] = (),
@@ -50,14 +51,16 @@ def wall(
 
     Parameters
     ----------
-    length, depth : quantity, length
-        Length along x from x = 0, and thickness along y from y = 0. Sidewalls have the same thickness.
+    length : quantity, length
+        Length along x from x = 0.
     courses
         Number of courses, from z = 0.
     height : quantity, length
         Height of all courses, in place of their number: a multiple of ``unit_height``.
     unit_length, unit_height : quantity, length
         Length of a whole unit (for rubble, by default, the mean of its limits), and height of every course.
+    thickness, depth : quantity, length
+        Thickness along y from y = 0, of the sidewalls, too. Both names mean the same: give one.
     material
         Material of all blocks.
     openings
@@ -101,7 +104,11 @@ def wall(
     >>> round(sum(b.volume for b in blocks[1:]) / 0.2, 6) == 2 * 2 * 2.4 + 3.2 * 2.4 - 0.8 * 1.6
     True
     """
-    reach, t = positive_length(length, "wall: length"), positive_length(depth, "wall: depth")
+    if (thickness is None) == (depth is None):
+        msg = "wall: give the thickness, or the depth, which means the same; one of them"
+        raise ModelError(msg)
+    name, width = ("depth", depth) if thickness is None else ("thickness", thickness)
+    reach, t = positive_length(length, "wall: length"), positive_length(width, f"wall: {name}")
     course = positive_length(unit_height, "wall: unit_height")
     number = _courses(courses, height, course)
     if rubble is not None and not isinstance(rubble, Rubble):
