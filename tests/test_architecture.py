@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "contacts": {"model", "geometry"} | GROUND,
     "structures": {"model", "geometry"} | GROUND,
     "library": {"model"} | GROUND,
-    "imports": {"model", "geometry"} | GROUND,
+    "imports": {"structures", "model", "geometry"} | GROUND,
     "documents": {"model", "contacts", "structures"} | GROUND,
     "statics": {"model", "geometry"} | GROUND,
     "limit": {"statics", "model"} | GROUND,
