@@ -38,6 +38,7 @@ MAY_IMPORT = {
     "storage": {"results", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
+    "adapters": {API, "imports", "geometry", "units"},
     "views": {API, "analysis", "text", "geometry", "units", "vocabulary", "files"},
     "cli": {API, "keywords", "vocabulary", "analysis", "text", "views"},
 }
