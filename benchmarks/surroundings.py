@@ -65,7 +65,9 @@ def row(what: str, measured: float, limit: float, unit: str = "ms") -> None:
 def vaults(sizes: list[tuple[int, int]]) -> None:
     """Compare domes with walls of as many blocks: detection and model."""
     for courses, units in sizes:
-        dome = bs.dome(span="8 m", thickness="60 cm", courses=courses, units=units, oculus="1.6 m", material=TUFF)
+        dome = bs.structures.dome(
+            span="8 m", thickness="60 cm", courses=courses, units=units, oculus="1.6 m", material=TUFF
+        )
         like = wall(units, round(len(dome) / units))
         # In turns, because the last geometry is remembered.
         times = [[least(lambda b=b: model_of(list(b)), 1) for b in (dome, like)] for _ in range(3)]

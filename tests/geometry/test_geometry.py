@@ -284,7 +284,7 @@ def test_parts_reject_no_pair_in_which_samples_find_an_overlap(monkeypatch, seed
     # Corners on a grid, so that many pairs touch along faces, edges and corners, and turned bodies among them.
     r = np.random.default_rng(seed)
     u_shape = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]
-    (unit,) = [b for b in bs.dome(**DOME, material=STONE) if b.name == "2.1"]
+    (unit,) = [b for b in bs.structures.dome(**DOME, material=STONE) if b.name == "2.1"]
     shapes = [prism(L_SHAPE, 1.0), prism(u_shape, 1.0), polyhedron(*box((0, 0, 0), (1, 2, 1)), "box"), unit.shape]
     bodies = []
     for k in range(14):
@@ -299,6 +299,6 @@ def test_parts_reject_no_pair_in_which_samples_find_an_overlap(monkeypatch, seed
 
 
 def test_touching_units_of_a_dome_need_no_samples(monkeypatch):
-    bodies = [b.shape for b in bs.dome(**DOME, material=STONE)]
+    bodies = [b.shape for b in bs.structures.dome(**DOME, material=STONE)]
     monkeypatch.setattr(overlap, "_sampled_depth", None)
     assert overlapping_pairs(bodies, 1e-6) == []

@@ -78,7 +78,7 @@ def test_points_off_the_blocks_name_what_stands_there(model):
 
 def test_model_tells_its_weight_and_size(model):
     assert model.weight == pytest.approx(1.6 * 0.3 * 0.8 * STONE.unit_weight)
-    assert model.quantity("weight").units == bs.ureg.newton
+    assert model.quantity("weight").units == bs.units.ureg.newton
     assert "1.6 × 0.3 × 0.8 m" in model.summary()
 
 

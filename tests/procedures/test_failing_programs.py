@@ -21,7 +21,11 @@ class Failing(ClarabelSolver):
     def solve(self, program, data, tolerance):
         solution = super().solve(program, data, tolerance)
         self.solved += 1
-        return solution if self.solved <= 3 else dataclasses.replace(solution, status=bs.SolverStatus.INFEASIBLE)
+        return (
+            solution
+            if self.solved <= 3
+            else dataclasses.replace(solution, status=bs.vocabulary.SolverStatus.INFEASIBLE)
+        )
 
 
 def test_a_last_program_without_a_solution_has_no_certificate(tmp_path, monkeypatch):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -253,6 +253,65 @@ def figures(
     written = write_figures(bs.open_analysis(file), output, look=look, file_format=file_format)
     for path in written:
         say(f"written: {path}")
+
+
+@app.command()
+def export(
+    file: FileArgument,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            help="File to write: .glb (animation), .obj, .stl (moved blocks), .json (COMPAS), .pvd (ParaView), .xlsx; "
+            "a folder for CSV.",
+            show_default=False,
+        ),
+    ],
+    case: Annotated[
+        str | None, typer.Option("--case", help="Name of the case; not for tables.", show_default="the only case")
+    ] = None,
+    amplitude: Annotated[
+        str | None,
+        typer.Option("--amplitude", help="Largest translation in the mechanism, as in '20 cm'.", show_default=False),
+    ] = None,
+    step: Annotated[
+        int | None,
+        typer.Option("--step", help="State of a pushover for OBJ or STL; -1 is the last.", show_default=False),
+    ] = None,
+) -> None:
+    """Write results for other programs: Blender, Rhino, COMPAS, ParaView, Excel."""
+    from blockstruct.views import export as views
+
+    analysis = bs.open_analysis(file)
+    suffix, target = output.suffix.lower(), _beside(output, file)
+    given = {"amplitude": amplitude, "step": step}
+    moves: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    allowed = {".glb": {"amplitude"}, ".obj": {"amplitude", "step"}, ".stl": {"amplitude", "step"}}
+    if wrong := sorted(moves.keys() - allowed.get(suffix, set())):
+        msg = f"--{wrong[0]}: does not apply to {output}; leave it out"
+        raise bs.errors.ModelError(msg)
+    if suffix in ("", ".xlsx"):
+        say(f"written: {views.write_tables(analysis, target)}")
+        return
+    names = list(analysis.headlines)
+    if case is None and len(names) > 1:
+        msg = f"--case: {file} has the cases {', '.join(map(repr, names))}; give one of them"
+        raise bs.errors.ModelError(msg)
+    result = analysis[names[0] if case is None else case]
+    if suffix == ".glb":
+        _written(views.write_glb(result, target, **moves), False)
+    elif suffix in (".obj", ".stl"):
+        _written(views.write_moved(result, target, **moves), False)
+    elif suffix == ".json":
+        _written(views.write_assembly(result, target), False)
+    elif suffix == ".pvd":
+        from blockstruct.views.paraview import write_paraview
+
+        _written(write_paraview(result, target), False)
+    else:
+        msg = f"{output}: unknown kind of file; names end in .glb, .obj, .stl, .json, .pvd or .xlsx"
+        raise bs.errors.ModelError(msg)
 
 
 def _project_line(line: str) -> tuple[str, str]:

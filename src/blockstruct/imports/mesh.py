@@ -91,7 +91,7 @@ def mesh_content(path: Path, material: Material) -> Content:
     readers = {".obj": read_obj, ".stl": read_stl, ".ply": _read_ply}
     suffix = path.suffix.lower()
     if suffix not in readers:
-        msg = f"{path}: not a mesh; give a file that ends in .obj, .stl or .ply"
+        msg = f"{path}: unknown kind of file; names end in .obj, .stl, .ply, .dxf, .json, .3dm or .ifc"
         raise ModelError(msg)
     return Content(*readers[suffix](path, material))
 

@@ -17,7 +17,7 @@ from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.supports import block_behind, ground_under
 from blockstruct.imports.surface import closed_surface
-from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
+from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, SAME_UNIT, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike, si, to_quantity
@@ -26,6 +26,8 @@ from blockstruct.vocabulary import MOTIONS, counted
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
+#: Largest number of ignored objects in a message.
+_NAMED = 20
 #: Axes of the file that become x, y and z of the model, and their signs, by the vertical axis of the file.
 _UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
@@ -58,12 +60,35 @@ class Solid:
 
 @dataclass(slots=True)
 class Content:
-    """Content of a file: solids, texts on ignored content, repairs, and notes on requested changes."""
+    """Content of a file: solids, texts on ignored content, repairs, and notes on requested changes.
+
+    ``scale`` is the metres per unit of a file that states its unit.
+    """
 
     solids: list[Solid] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     repairs: list[Repair] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    scale: float | None = None
+
+
+@dataclass(slots=True)
+class LeftOut:
+    """Ignored objects of a file, by kind."""
+
+    names: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, kind: str, name: str) -> None:
+        """Note an ignored object."""
+        self.names.setdefault(kind, []).append(name)
+
+    def texts(self, label: str = "") -> list[str]:
+        """Return one text per kind: number, kind and names."""
+        return [
+            f"{len(names)} {kind} ({label}{', '.join(names[:_NAMED])}"
+            f"{f', and {len(names) - _NAMED} more' if len(names) > _NAMED else ''})"
+            for kind, names in sorted(self.names.items())
+        ]
 
 
 def metres_per_unit(unit: QuantityLike, source: str) -> float:
@@ -78,11 +103,73 @@ def metres_per_unit(unit: QuantityLike, source: str) -> float:
     return scale
 
 
+def agreed_scale(
+    unit: QuantityLike | None, stated: float | None, path: Path, *, override: bool = False, where: str = ""
+) -> tuple[float, list[str]]:
+    """Return the metres per coordinate unit of a file that may state its unit, and a note on a requested change.
+
+    Parameters
+    ----------
+    unit
+        The unit as given; None for the unit of the file.
+    stated
+        Metres per unit, as the file states it.
+    override
+        Whether ``unit`` overrides the unit of the file.
+    where
+        Place of the unit in the file, for messages.
+    """
+    if unit is None:
+        if stated is None:
+            msg = f"{path}: does not state its unit; give it as unit= (--unit), 'mm' for instance"
+            raise ModelError(msg)
+        return stated, []
+    scale = metres_per_unit(unit, str(path))
+    if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
+        return scale, []
+    states = f"the file states that its unit is {stated:g} m{where}"
+    if override:
+        return scale, [f"{states}, which is overridden: its unit is taken as {scale:g} m"]
+    msg = (
+        f"{path}: {states}, but unit= is {scale:g} m; give the unit of the file, or override_unit=True "
+        "(--override-unit) if the unit in the file comes from a template"
+    )
+    raise GeometryFileError(msg)
+
+
+def check_layers(wanted: Iterable[str], known: Collection[str], path: Path, kind: str = "layer") -> None:
+    """Refuse names of layers, or of materials, that a file does not have.
+
+    Raises
+    ------
+    UnknownNameError
+        For the first such name.
+    """
+    for name in sorted(set(wanted) - set(known)):
+        msg = f"{path}: has no {kind} {name!r}; it has {', '.join(sorted(known)) or 'none'}"
+        raise UnknownNameError(msg)
+
+
+def _common_scale(contents: Sequence[Content], unit: QuantityLike | None, source: str) -> float:
+    """Return the metres per unit of all files: of those that state their unit, and as given for the others."""
+    given = None if unit is None else metres_per_unit(unit, source)
+    scales = [given if content.scale is None else content.scale for content in contents]
+    known = [scale for scale in scales if scale is not None]
+    if len(known) < len(scales):
+        msg = f"{source}: unit is missing; give the unit of the coordinates (--unit), such as 'mm'"
+        raise ModelError(msg)
+    if max(known) - min(known) > SAME_UNIT * max(known):
+        units = ", ".join(f"{scale:g} m" for scale in sorted(set(known)))
+        msg = f"{source}: their units differ ({units}); import the files one by one"
+        raise GeometryFileError(msg)
+    return known[0]
+
+
 def make_blocks(
     contents: Sequence[Content],
     paths: Sequence[Path],
     *,
-    unit: QuantityLike,
+    unit: QuantityLike | None,
     fixed: str | Iterable[str],
     exclude: Iterable[str],
     up: str,
@@ -102,7 +189,7 @@ def make_blocks(
     """
     source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
     content = contents[0] if len(contents) == 1 else _joined(contents, paths)
-    scale = metres_per_unit(unit, source)
+    scale = _common_scale(contents, unit, source)
     flat = None if tolerance is None else positive_length(tolerance, f"{source}: tolerance")
     if up not in _UP:
         msg = f"{source}: up is {shown(up)}; give the axis of the file that points up: 'x', 'y' or 'z'"
