@@ -1,6 +1,6 @@
 """Rigid blocks."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from typing import ClassVar, Self
 
 import numpy as np
@@ -22,7 +22,7 @@ def held_motions(value: bool | Iterable[str], what: str = "") -> tuple[str, ...]
     """Return the motions in which a block is held, in the order of :data:`~blockstruct.vocabulary.MOTIONS`."""
     if isinstance(value, bool):
         return MOTIONS if value else ()
-    motions = [value] if isinstance(value, str) else list(value) if isinstance(value, Iterable) else [value]
+    motions = value if isinstance(value, Sequence | Set) and not isinstance(value, str) else [value]
     if not all(isinstance(motion, str) and motion in MOTIONS for motion in motions):
         msg = f"{what} is {shown(value)}; give True, False or motions that are held: {', '.join(MOTIONS)}"
         raise ModelError(msg)

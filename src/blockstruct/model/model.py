@@ -179,11 +179,13 @@ class Model(ModelObject):
 
         Examples
         --------
+        >>> from blockstruct import Q_
         >>> from blockstruct.model import Interface, JointMaterial
         >>> tuff = Material("tuff", "12 kN/m^3")
         >>> base = Block.box("base", "[0, 0, -1] m", "[1, 1, 1] m", tuff, fixed=True)
         >>> top = Block.box("top", "[0, 0, 0] m", "[1, 1, 1] m", tuff)
-        >>> joint = Interface("bed", "base", "top", "[[0,0,0], [1,0,0], [1,1,0], [0,1,0]] m", JointMaterial("dry", 0.6))
+        >>> bed = Q_([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "m")
+        >>> joint = Interface("bed", "base", "top", bed, JointMaterial("dry", 0.6))
         >>> Model("pier", [base, top], [joint]).block_at("[0.5, 0.5, 1] m").name
         'top'
         """
