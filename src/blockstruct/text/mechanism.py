@@ -72,7 +72,7 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
     speed
         Largest velocity of the body, in the unit of the translation.
     """
-    towards = _direction(translation)
+    towards = direction_text(translation)
     if axis is None:
         return f"moves towards {towards} without turning"
     direction, point = axis
@@ -89,7 +89,8 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
     return f"turns about {where}; its centroid {'stays' if stays else f'moves towards {towards}'}"
 
 
-def _direction(vector: Array) -> str:
+def direction_text(vector: Array) -> str:
+    """Return a direction as ``"+x"``, or as components."""
     length = np.linalg.norm(vector)
     if length == 0:
         return "nowhere"

@@ -38,11 +38,12 @@ def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, C
                 f"{check.result.model.name!r}, which is not part of it; check a result of this analysis"
             )
             raise bs.errors.ModelError(msg)
-        relied = analysis.headlines[runs[name]].load_factor
-        if check.result.load_factor != relied:
+        case, spreads = runs[name], analysis.spreads
+        relied = (spreads[case].relied_on if case in spreads else analysis[case]).load_factor
+        if check.result.load_factor not in (relied, analysis[case].load_factor):
             msg = (
                 f"report of {analysis.model.name!r}: the check is of the load factor {check.result.load_factor:.4g}, "
-                f"but {runs[name]!r} has {relied:.4g}; check analysis.spread({runs[name]!r})"
+                f"but {case!r} has {relied:.4g}; check analysis.spread({case!r})"
             )
             raise bs.errors.ModelError(msg)
         # Of two checks that print the same, keep one, whichever was made first.
@@ -60,11 +61,11 @@ def verification(name: str, check: Check) -> dict[str, Any]:
     """Return verdict, notes, pictures and every formula of a check."""
     return {
         "name": name,
-        "verdict": check.verdict,
+        "verdict": str(check.verdict),
         "satisfied": check.satisfied,
         "rounded": bs.assess.lines.ROUNDED,
         "notes": [note.text for note in check.notes],
-        "pictures": [mechanism_picture(check.result, small=False), capacity_picture(check)],
+        "pictures": [mechanism_picture(check.governing, small=False), capacity_picture(check)],
         "sections": [
             {"title": part.title, "lines": [(line.what, line.formula, line.source) for line in part.lines]}
             for part in check.sections
