@@ -62,6 +62,7 @@ NOTES = [
     a.state_left_out("SLV", "The last period is 2 s"),
     a.state_missed("SLD", 0.99996, "not satisfied"),
     a.changed_coefficients([("behaviour factor q", 1.5, 2.0, "C8.7.1.2.1.7")]),
+    a.direction_without("push +x", Status.UNSTABLE),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),
     a.edge_is_long(5.0, 2.5),
@@ -99,6 +100,14 @@ def test_outcomes_of_limit_states(ratio, facts, words):
 def test_verdicts(of_sld, at):
     assert a.verdict("SLD", 0.823, "not satisfied", 1.211, ("0.1235 g", "0.15 g"), of_sld=of_sld) == (
         f"SLD: capacity / demand = 0.823, not satisfied; {at} = 1.211 m/s² = 0.1235 g (site 0.15 g)."
+    )
+
+
+def test_unit_sizes():
+    sizes, values = [1.2, 0.6, 0.4], [0.327, 0.294, 0.277]
+    assert a.unit_sizes("load factor", sizes, values, 0.2545, 0.003) == (
+        "With units of 1.2 m the load factor is 0.327. 0.6 m gives -10%; 0.4 m gives -15%. A fine bond would give "
+        "about 0.2545 ± 0.003."
     )
 
 

@@ -14,6 +14,7 @@
 (1.0, 0.7264, 0.823)
 """
 
+from blockstruct.assess.building import DIRECTIONS, Building, building
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import KNOWLEDGE_LEVELS, Coefficients
@@ -25,11 +26,18 @@ from blockstruct.assess.overturning import Overturning, overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum, ntc_spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum, table_spectrum
+from blockstruct.assess.unit_sizes import UnitSizes, unit_sizes
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.vocabulary import Way
 
 __all__ = [
+    # buildings
+    "DIRECTIONS",
+    "Building",
+    "building",
+    "UnitSizes",
+    "unit_sizes",
     # checks
     "LocalMechanismCheck",
     "LimitState",

@@ -109,6 +109,12 @@ class LocalMechanismCheck:
         return self.verdict.governing.e_star
 
     @property
+    def acceleration(self) -> float:
+        """Spectral acceleration that activates the motion that governs, m/s²."""
+        way = self.verdict.governing
+        return way.alpha * g / (way.e_star * self.confidence_factor)
+
+    @property
     def M_star(self) -> float:
         """Mass that takes part in the collapse mechanism, kg."""
         return self.participation.M_star
@@ -216,10 +222,9 @@ class LocalMechanismCheck:
 
     def _governing(self, way: WayOfChecking) -> list[Line]:
         """Return the lines on the way that governs, if it is not the collapse mechanism."""
-        a0 = way.alpha * g / (way.e_star * self.confidence_factor)
         formula = (
             f"a0* = α g / (e* FC) = {shown(way.alpha)} · {g:g} m/s² / ({shown(way.e_star)} · "
-            f"{shown(self.confidence_factor)}) = {in_g(a0, g)}"
+            f"{shown(self.confidence_factor)}) = {in_g(self.acceleration, g)}"
         )
         return [Line("acceleration that activates it", formula, "C8.7.1.2.1.1, C8.7.1.2.1.5"), *way.state.lines]
 

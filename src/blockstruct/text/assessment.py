@@ -7,7 +7,7 @@ import numpy as np
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown
-from blockstruct.vocabulary import Way, counted
+from blockstruct.vocabulary import Status, Way, counted
 
 g = STANDARD_GRAVITY
 UNSETTLED = "NOT SETTLED: the load factor is not an answer yet"
@@ -98,6 +98,23 @@ _WAYS = {
 def acceleration_in_g(ag: float, text: str) -> str:
     """Return a ground acceleration, given its text in multiples of gravity."""
     return f"{text} g" if np.isfinite(ag) else BEYOND
+
+
+def direction_without(name: str, status: Status) -> Note:
+    """Return the note on a direction of a building that has no load factor."""
+    text = f"“{name}” {status.predicate}, so nothing covers this direction."
+    return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
+
+
+def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine: float, scatter: float) -> str:
+    """Return the sentences on answers with units of several sizes, m, the largest first."""
+    (first, *others), (value, *rest) = sizes, values
+    text = f"With units of {shown(first, 'm')} the {what} is {shown(value)}."
+    if others:
+        each = [f"{shown(size, 'm')} gives {one / value - 1:+.0%}" for size, one in zip(others, rest, strict=True)]
+        text += f" {'; '.join(each)}."
+    band = f" ± {scatter:.2g}" if np.isfinite(scatter) else ""
+    return f"{text} A fine bond would give about {shown(fine)}{band}."
 
 
 # -- the collapse state ------------------------------------------------------------------------------------------------

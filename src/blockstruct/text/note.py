@@ -40,6 +40,7 @@ class NoteCode(StrEnum):
     CONTROL_POINT = "control_point"
     CURVE_DOUBT = "curve_doubt"
     CURVE_END = "curve_end"
+    DIRECTION_WITHOUT = "direction_without"
     EDGE_IS_HIGH = "edge_is_high"
     EDGE_IS_LONG = "edge_is_long"
     EDGE_OVERHANGS = "edge_overhangs"

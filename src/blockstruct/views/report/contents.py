@@ -14,7 +14,7 @@ from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import address
 from blockstruct.views.report.pushovers import beginning_words
 from blockstruct.views.report.summary import relied_on
-from blockstruct.views.report.verification import checked, undemanded, verification
+from blockstruct.views.report.verification import checked, direction_row, undemanded, verification
 from blockstruct.views.selection import shown_results
 from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
@@ -36,7 +36,10 @@ _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
 
 def contents(
-    analysis: bs.Analysis, project: Mapping[str, str], checks: Iterable[bs.assess.LocalMechanismCheck] = ()
+    analysis: bs.Analysis,
+    project: Mapping[str, str],
+    checks: Iterable[bs.assess.LocalMechanismCheck] = (),
+    unit_sizes: bs.assess.UnitSizes | None = None,
 ) -> dict[str, Any]:
     """Return everything that the template may name, texts with their units."""
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
@@ -61,6 +64,8 @@ def contents(
         + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
         "relied_on": relied_on(analysis, of_case),
+        "directions_checked": [direction_row(name, check) for name, check in of_case],
+        "unit_sizes": "" if unit_sizes is None else str(unit_sizes),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(r) for r in shown_results(analysis)],
         "verification": [verification(name, check) for name, check in of_case],

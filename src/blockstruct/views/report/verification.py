@@ -57,6 +57,22 @@ def undemanded(analysis: bs.Analysis) -> str:
     return report.NO_DEMAND_OF_REACTION if settles and len(analysis) else report.NO_DEMAND
 
 
+def direction_row(name: str, check: Check) -> list[str]:
+    """Return case, direction, α, e*, a0*, ratio and outcome of a check."""
+    verdict = check.verdict
+    way = verdict.governing
+    acceleration = f"{check.acceleration / bs.assess.STANDARD_GRAVITY:.4g} g"
+    return [
+        name,
+        verdict.direction,
+        f"{way.alpha:.4g}",
+        f"{way.e_star:.3g}",
+        acceleration,
+        verdict.state.ratio_text(),
+        verdict.outcome,
+    ]
+
+
 def verification(name: str, check: Check) -> dict[str, Any]:
     """Return verdict, notes, pictures and every formula of a check."""
     return {
