@@ -123,7 +123,7 @@ def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine:
 def associative_bound() -> Note:
     """Return the note on a load factor of associative flow."""
     text = "α0 is an upper bound, as flow is associative. Run the case non-associative before relying on it."
-    return _caution(NoteCode.ASSOCIATIVE_BOUND, text)
+    return Note(NoteCode.ASSOCIATIVE_BOUND, Severity.WARNING, text)
 
 
 def rounded_corners(radius: float, first: float, alpha0: float) -> Note:
@@ -344,7 +344,7 @@ def hand_is_lower(by_hand: float, found: float) -> Note:
         "out something that holds the blocks, or the model lacks something that it counts. Find out which before "
         "relying on either."
     )
-    return _caution(NoteCode.HAND_IS_LOWER, text)
+    return Note(NoteCode.HAND_IS_LOWER, Severity.WARNING, text)
 
 
 def edge_is_long(edge: float, joints: float) -> Note:
