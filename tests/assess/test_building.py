@@ -32,12 +32,14 @@ def test_the_weakest_direction_governs(found):
     assert found.table["governs"].sum() == 1
 
 
-def test_only_the_direction_that_governs_has_its_variants_and_its_history(found):
+def test_only_the_direction_that_governs_has_its_variants_and_its_history(found, tmp_path):
     name = found.verdict.case
     assert list(found.analysis.spreads) == [name]
     lengths = {n: r.n_iterations for n, r in found.analysis.items() if not r.of_case}
     assert all(length <= 2 for n, length in lengths.items() if n != name)
     assert lengths[name] > 2
+    bs.save_analysis(found.analysis, tmp_path / "block.h5")
+    assert bs.open_analysis(tmp_path / "block.h5").headlines.keys() == found.analysis.headlines.keys()
 
 
 def test_a_direction_without_a_load_factor_leaves_the_verdict_open():

@@ -191,4 +191,6 @@ def _last(result: CaseResult) -> CaseResult:
     stage = result.history["stage"].to_numpy()
     kept = stage == Stage.ASSOCIATIVE.value
     kept[-1:] = True
-    return result.changed(history=result.history.isel(iteration=np.flatnonzero(kept)))
+    history = result.history.isel(iteration=np.flatnonzero(kept))
+    numbers = history["iteration"].copy(data=np.arange(history.sizes["iteration"]))
+    return result.changed(history=history.assign_coords(iteration=numbers))
