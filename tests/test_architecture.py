@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "procedures": {"limit", "solvers"} | GROUND,
     "text": {"limit", "model"} | GROUND,
     "results": {"text", "limit", "statics", "model"} | GROUND,
-    "assess": {"results", "text", "model"} | GROUND,
+    "assess": {"views", "analysis", "results", "text", "solvers", "limit", "statics", "model"} | GROUND,
     "storage": {"results", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
