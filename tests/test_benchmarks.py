@@ -15,7 +15,7 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
         ("wall_40x60", "--columns 3 --rows 3 --naive 1", "everything around the solver"),
         pytest.param("views", "--columns 3 --rows 4 --iterations 2", "paraview", marks=pytest.mark.slow),
         ("loading_path", "--walls 2x3,3x4 --without others", "over the walls"),
-        ("pushover", "--walls 2x3 --steps 4", "programs"),
+        ("pushover", "--walls 2x3 --steps 4", "iterations"),
         pytest.param(
             "storage",
             "--columns 4 --rows 4 --programs 4 --files 2 --cases 4",

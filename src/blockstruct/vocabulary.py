@@ -150,6 +150,25 @@ class PathEnd(StrEnum):
     NOT_CERTIFIED = "not_certified"
 
 
+class CurveEnd(StrEnum):
+    """How a capacity curve ended, or why there is none."""
+
+    #: The load factor is zero.
+    ZERO = "zero"
+    #: A block falls by more than a mean block size.
+    FALLS = "falls"
+    #: No forces are found that hold the blocks, or the push meets what it cannot move.
+    NOT_SOLVED = "not_solved"
+    #: The largest number of states was reached.
+    LIMIT_REACHED = "limit_reached"
+    #: The control point does not move in the collapse mechanism.
+    RESTS = "rests"
+    #: The file is of an earlier version, which found its curve in another way.
+    EARLIER_VERSION = "earlier_version"
+    #: Blocks touch beyond the interfaces of the model, and would carry more.
+    BEGINS_ABOVE = "begins_above"
+
+
 class Stage(StrEnum):
     """Program, or step, of the procedure that an iteration solved."""
 

@@ -658,7 +658,7 @@ def test_jumps_of_a_curve_are_warnings_of_its_json(call, tmp_path):
     case = bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=20)
     bs.AnalysisManager(model, tmp_path / "p.h5").run([case])
     _, out, _ = call("show", tmp_path / "p.h5", "--json")
-    rises, jumps = json.loads(out)["cases"][0]["warnings"]
+    rises, jumps, *_ = json.loads(out)["cases"][0]["warnings"]
     assert rises.startswith("pushover: the load factor rises from 0.2 to ")
     assert jumps.startswith("pushover: the load factor jumps from 0.2 to ")
 

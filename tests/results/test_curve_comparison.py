@@ -1,5 +1,6 @@
 """Pushovers side by side: compared, reproduced, in the table of an archive, and against their own numbers."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.motion import CurveOutcome
+from blockstruct.vocabulary import CurveEnd
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 
@@ -28,8 +31,7 @@ def ending(whole, n):
     result = whole["push"]
     curve = result.capacity.assign(d0=((), np.nan, result.capacity["d0"].attrs))
     curve = curve.isel(step=slice(n), contact=np.flatnonzero(curve["step_of_contact"] < n))
-    curve.attrs["ended"] = "blocks fall"
-    return whole.replaced(results={"push": replace(result, capacity=curve, curve_ended="blocks fall")})
+    return whole.replaced(results={"push": replace(result, capacity=curve, curve_outcome=CurveOutcome(CurveEnd.FALLS))})
 
 
 def test_the_same_curve_in_half_the_steps(rocking):
@@ -61,10 +63,10 @@ def test_one_that_ends_before_the_load_factor_is_zero(rocking):
     found = bs.results.compare(rocking, ending(rocking, 6))
     assert found.cases.loc["push", "curve_difference"] == np.inf
     assert not found.agrees()
-    assert "the load factor is zero at a displacement of 0.15 m; other: blocks fall" in str(found)
+    assert "zero; other: falls" in str(found)
     earlier = bs.results.compare(ending(rocking, 8), ending(rocking, 6)).cases.loc["push", "curve_difference"]
     d = rocking["push"].capacity["displacement"].to_numpy()
-    assert earlier == pytest.approx(1 - d[5] / d[7])
+    assert earlier == pytest.approx((d[7] - d[5]) / (d[7] - d[0]))
 
 
 def test_a_case_without_a_curve(rocking):
@@ -79,7 +81,7 @@ def test_a_pushover_is_reproduced(rocking, tmp_path):
     assert found.agrees(1e-9, curve_rtol=1e-6)
     other = bs.reproduce(ending(rocking, 6))
     assert not other.agrees()
-    assert other.cases.loc["push", "curve_ended"] == "blocks fall"
+    assert other.cases.loc["push", "curve_ended"] == "falls"
     assert other.cases.loc["push", "d0_other"] == pytest.approx(0.15, rel=1e-4)
 
 
@@ -92,8 +94,8 @@ def test_a_curve_is_held_against_its_blocks(rocking):
         what
         for _, what in bs.results.contradictions(rocking.replaced(results={"push": replace(result, capacity=curve)}))
     ]
-    assert said[0].startswith("state 1 and 13 more of the capacity curve: its displacement is 0.0048099 m, that of its")
-    assert said[1].startswith("d0 is 0.15 m, that of the capacity curve 0.151")
+    assert re.match("state [1-9] of the capacity curve: its displacement is ", said[0])
+    assert said[-1].startswith("d0 is 0.15 m, that of the capacity curve 0.151")
 
 
 def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
@@ -108,7 +110,7 @@ def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
     assert table.loc["a/push.h5", "d0"] == curve["d0"].item()
     assert np.isnan(table.loc[["a/plain.h5", "b/push.h5", "b/plain.h5"], "d0"].astype(float)).all()
     assert table.loc["b/push.h5", "curve_end"] == curve["displacement"][5].item()
-    assert table.loc["b/push.h5", "curve_ended"] == "blocks fall"
+    assert table.loc["b/push.h5", "curve_ended"] == "falls"
     assert bs.Archive(tmp_path).select("d0 < 0.2")["path"].tolist() == ["a/push.h5"]
     different = bs.Archive(tmp_path / "a").difference(bs.Archive(tmp_path / "b"))
     assert different["agree"].to_dict() == {("plain.h5", "plain"): True, ("push.h5", "push"): False}
@@ -127,7 +129,7 @@ def test_the_command_prints_them(rocking, tmp_path, call):
     assert "none, ends at" in out
     code, out, _ = call("diff", tmp_path / "push.h5", tmp_path / "early.h5")
     assert code == 1
-    assert "other: blocks fall" in out
+    assert "other: falls" in out
 
 
 def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call):

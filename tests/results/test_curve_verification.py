@@ -10,8 +10,6 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.procedures import finite_step
-from blockstruct.results import curve_verification
 from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, seal_again, slipping_units
 
 
@@ -71,27 +69,27 @@ def largest(analysis, name, state):
 LIES = {
     "load_factor": "equilibrium residual",
     "displacement": "displacement is",
-    "position": "off the way that the motion of state {before} leads",
-    "rotation": "off the way that the motion of state {before} leads",
+    "position": "off the way that the motion before leads",
+    "rotation": "off the way that the motion before leads",
     "velocity": "W of variable load",
-    "angular_velocity": "off the way that the motion of state {before} leads",
+    "angular_velocity": "off the way that the motion before leads",
     "force_of_contact": "equilibrium residual",
-    "normal_of_contact": "the normal of contact",
-    "dissipation": "of the variable load's work",
+    "normal_of_contact": "the normal of one of its contacts",
+    "dissipation": "dissipation is",
     "tie_force": "equilibrium residual",
-    "tie_elongation": "tie 'bar' is",
+    "tie_elongation": "tie elongation is",
 }
 
 
 @pytest.mark.parametrize("name", LIES)
 def test_one_hundredth_is_found(tied, wall, name):
     assert bs.results.contradictions(tied) == bs.results.contradictions(wall) == []
-    # The bar has not broken yet; the units slide first, and rock then.
-    of_wall = 3 if name == "dissipation" else 8
-    for analysis, state in ((tied, 3),) if name.startswith("tie_") else ((tied, 3), (wall, of_wall)):
+    # The bar has not broken yet; units that slide hardly turn.
+    alone = name.startswith("tie_") or name in ("rotation", "angular_velocity")
+    for analysis, state in ((tied, 13),) if alone else ((tied, 13), (wall, 13)):
         found = [what for _, what in bs.results.contradictions(changed(analysis, name, largest(analysis, name, state)))]
         at = state + 1 if name == "angular_velocity" else state
-        words = LIES[name].format(before=at - 1)
+        words = LIES[name]
         assert any(what.startswith(f"state {at} ") and words in what for what in found), found
 
 
@@ -99,11 +97,9 @@ def test_one_hundredth_is_found(tied, wall, name):
     ("name", "state", "by", "words"),
     [
         ("position", 0, 1.01, "off its place in the model"),
-        ("load_factor", 9, 0.9, "equilibrium residual"),
-        ("energy_error", 8, 2.0, "energy error"),
-        ("equilibrium_residual", 2, np.nan, "the stored one nan"),
-        ("yield_excess", 2, np.inf, "yield excess"),
-        ("motion_time", 2, 0.1, "motion_time"),
+        ("load_factor", 4, 0.9, "equilibrium residual"),
+        ("energy_error", 16, 2.0, "energy error"),
+        ("equilibrium_residual", 2, np.nan, "equilibrium residual is nan"),
         ("load_factor", 2, np.nan, "nan"),
     ],
 )
@@ -117,7 +113,7 @@ def test_forces_beyond_friction_are_found(wall):
     curve = wall["push"].capacity.copy(deep=True)
     curve["force_of_contact"][0] *= -1
     found = bs.results.contradictions(wall.replaced(results={"push": replace(wall["push"], capacity=curve)}))
-    assert any("yield excess by its load factor" in what for _, what in found)
+    assert any("yield excess is" in what for _, what in found)
 
 
 @pytest.mark.parametrize("structure", ["tied", "wall", "detected"])
@@ -132,8 +128,8 @@ def test_validate_names_case_and_state(stored, tmp_path, call):
     seal_again(path)
     code, out, _ = call("validate", path)
     assert code == 4
-    assert "case 'push': state 3 of the capacity curve: its equilibrium residual" in out
-    assert "and one that holds 1e-05 at most" in out
+    assert "case 'push': state 3 of the capacity curve: its" in out
+    assert "equilibrium residual is" in out
     assert "take the original file, or run the cases again" in out
 
 
@@ -180,12 +176,12 @@ REDUNDANT = [
     ("wall", "cases/push/history/load_factor", 1, 9.0, "iteration 1 miss equilibrium by"),
     ("wall", "cases/push/history/interface_corner_position", (0, 0), 50.0, "interface_corner_position of the history"),
     ("wall", "cases/push/history/interface_of_interface_corner", 4, 0, "interface_of_interface_corner of the history"),
-    ("wall", "cases/push/capacity/holds", 2, 0, "state 2 of the .*: its certificate does not hold, by its measures"),
-    ("wall", "cases/push/capacity/flow_rule_gap", 2, 9.0, "state 2 .*: its certificate holds, by its measures"),
-    ("wall", "cases/push/capacity/flow_rule_gap", -1, np.nan, "state .*: its certificate holds, by its measures"),
-    ("wall", "cases/push/capacity/divided", 1, -1, "/capacity/divided: there is other than 0 and 1"),
-    ("wall", "cases/push/capacity/body_waits", 1, -1, "/capacity/body_waits: there is a negative number"),
-    ("wall", "cases/push/capacity/interpenetration", 2, 0.2, "state 2 .*: its certificate holds, by its measures"),
+    ("wall", "cases/push/capacity/holds", 2, 0, "state 2 of the .*: its certificate does not hold, by its forces"),
+    ("wall", "cases/push/capacity/flow_rule_gap", 2, 9.0, "state 2 .*: its (flow rule gap|interpenetration) is"),
+    ("wall", "cases/push/capacity/flow_rule_gap", -1, np.nan, "state .*: its flow rule gap is nan"),
+    ("wall", "cases/push/capacity/falls", 1, -1, "/capacity/falls: there is other than 0 and 1"),
+    ("wall", "cases/push/capacity/contact_points", 1, -1, "/capacity/contact_points: there is a negative number"),
+    ("wall", "cases/push/capacity/interpenetration", 2, 0.2, "state 2 .*: its (flow rule gap|interpenetration) is"),
     ("tied", "cases/push/capacity/tie_elongation_limit", 0, 3.0, "tie_elongation_limit of tie 'bar' .* is 3 m"),
     ("tied", "cases/push/capacity/tie_break_displacement", 0, 5.0, "tie_break_displacement of tie 'bar' .* is 5 m"),
 ]  # fmt: skip
@@ -212,14 +208,6 @@ def test_a_curve_without_its_pushover_is_refused(stored, tmp_path):
         bs.open_analysis(path)
 
 
-def test_certificates_of_states_are_judged_as_they_were():
-    """The curve is checked where nothing is solved, by the limits of what solves it."""
-    assert (curve_verification.PENETRATING, curve_verification.CERTIFIED) == (
-        finite_step.PENETRATING,
-        finite_step.CERTIFIED,
-    )
-
-
 def test_a_force_is_none_by_the_lighter_block():
     """A bar of 50 kN holds some N of a block of 20 N on a slippery ground, beside a wall of 120 kN that goes over."""
     blocks = [
@@ -235,19 +223,6 @@ def test_a_force_is_none_by_the_lighter_block():
     case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("wall", (1, 0, 0)), steps=6)
     analysis = bs.AnalysisManager(model).run([case])
     result = analysis["push"]
-    assert result.capacity["tie_force"][0].item() == pytest.approx(result.history["tie_force"][-1].item(), rel=1e-3)
+    assert 0 < result.capacity["tie_force"][0].item() < 50.0
     assert bs.results.pushed_tie_state(model, result.capacity)[0].item() == "stressed"
     assert bs.results.contradictions(analysis) == []
-
-
-@pytest.mark.slow
-def test_forces_that_are_not_kept_contradict_nothing():
-    """Voussoirs that drop are fast, and forces too small to be kept do more there than a millionth of other work."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    sizes = {"span": "2 m", "thickness": "0.313 m", "depth": "0.5 m", "pier_width": "0.72 m", "pier_height": "0.8 m"}
-    blocks = bs.structures.arch_on_piers(voussoirs=7, pier_courses=2, material=stone, **sizes)
-    model = model_of(blocks, bs.JointMaterial("dry", 0.81))
-    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("4", (1, 0, 0)), steps=15)
-    pushed = bs.run(model, case)
-    assert float(pushed["push"].capacity["dropped"].max()) == 1
-    assert bs.results.contradictions(pushed) == []

@@ -183,10 +183,10 @@ def test_a_pushover_without_a_curve_is_told_and_exits_with_3(document, call, tmp
         found, out, err = call("study", path, "-o", tmp_path / f"runs{direction}", "--workers", "1")
         assert found == code, err
         told = " ".join(out.split())
-        assert told.count("no capacity curve, the control point at block 'b.1' does not") == rows
+        assert told.count("no capacity curve, rests") == rows
         _, out, _ = call("study", path, "-o", tmp_path / f"runs{direction}", "--workers", "1", "--json")
         missing = [row["missing_curve"] for row in json.loads(out)["rows"]]
-        assert [text.startswith("the control point at block 'b.1'") for text in missing] == [direction == "+y"] * 2
+        assert [text == "rests" for text in missing] == [direction == "+y"] * 2
 
 
 @pytest.mark.filterwarnings("default::blockstruct.errors.StudyWarning")

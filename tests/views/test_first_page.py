@@ -252,7 +252,7 @@ def test_a_curve_that_begins_half_a_per_cent_off_is_marked():
 def test_the_first_page_has_the_end_and_the_doubts_of_a_curve(rounded):
     sharp = pushover()
     plain = summary(sharp)
-    ended = sharp["push"].capacity.attrs["ended"]
+    ended = sharp["push"].curve_ended
     assert f"<p>Pushover “push”: {ended}.</p>" in plain
     high = beginning(sharp, 0.9 * sharp["push"].load_factor)
     warned = bs.results.doubtful_words(high["push"].capacity, high["push"].settings.procedure)[0]

@@ -4,8 +4,9 @@ import warnings
 from collections.abc import Sequence
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
-from blockstruct.limit import LimitProblem, check_pushover
+from blockstruct.limit import LimitProblem
 from blockstruct.model import Case, Model, Pushover, check_unrepeated
+from blockstruct.motion import check_pushover
 from blockstruct.statics import MovingStructure, Statics
 from blockstruct.storage import patterns
 

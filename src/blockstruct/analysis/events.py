@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from blockstruct.limit import FiniteStep, Iteration, LimitProblem
+from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.model import Case, Pushover, SettlementCase
+from blockstruct.motion import MotionState
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import counted, in_words
@@ -48,7 +49,7 @@ class StepDone:
 
     case: Pushover
     index: int
-    step: FiniteStep
+    step: MotionState
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,10 @@ All quantities in this package are non-dimensional. The unit of length is a char
 wrench of a block is its dead wrench. The unit of a contact force is the dead wrench of the lighter of its two blocks.
 """
 
-from blockstruct.limit.capacity_curve import FiniteStep, zero_displacement
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
-from blockstruct.limit.motion import block_motion, velocities_of
-from blockstruct.limit.moved import ControlPoint, MovedProblem, MovingProblem, check_pushover
+from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import (
@@ -43,14 +41,6 @@ __all__ = [
     "SCHEDULES",
     "scheduled",
     "schedules_of",
-    # finite displacements
-    "ControlPoint",
-    "FiniteStep",
-    "MovedProblem",
-    "MovingProblem",
-    "Placement",
-    "check_pushover",
-    "zero_displacement",
     # the programs
     "ConicProgram",
     "ContactPoints",
@@ -62,8 +52,10 @@ __all__ = [
     "fictitious_sliding",
     "relax",
     "true_sliding",
-    # velocities and motions of blocks
+    # velocities and what moves
+    "Placement",
     "block_motion",
+    "unit_of_velocity",
     "velocities_of",
     # results
     "CERTIFICATE_MEASURES",

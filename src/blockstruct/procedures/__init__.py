@@ -6,7 +6,5 @@ doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Fen
 
 from blockstruct.procedures.least_tie_force import LeastTies, least_ties
 from blockstruct.procedures.procedure import solve_limit_case
-from blockstruct.procedures.pushover import pushover
-from blockstruct.procedures.pushover_state import moves_furthest
 
-__all__ = ["LeastTies", "least_ties", "moves_furthest", "pushover", "solve_limit_case"]
+__all__ = ["LeastTies", "least_ties", "solve_limit_case"]

@@ -8,14 +8,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import FiniteStep, zero_displacement
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.pushed_ties import break_displacements, slack
+from blockstruct.motion import MotionState, zero_displacement
+from blockstruct.results.pushed_ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
 
-#: Dimension and long name of every attribute of a step.
+#: Dimension in which a value is, and what it is, of every attribute of a state.
 _VALUES = {
     "load_factor": ("dimensionless", "load factor α"),
     "displacement": ("length", "displacement of the control point along its direction"),
@@ -23,14 +23,16 @@ _VALUES = {
     "rotation": ("angle", "rotation vector of each block from where the model has it"),
     "velocity": ("velocity", "velocity of the centroid, at 1 W"),
     "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
-    "motion_time": ("time", "for which the velocities act until the next state, if the step is not halved"),
+    "motion_time": ("time", "for which the velocities act until the next state"),
+    "inertia_time": ("time", "in which blocks at rest go the way of the step; infinite without inertia"),
+    "falls": ("dimensionless", "1 if blocks drop in the step, while the control point all but waits"),
+    "reach": ("length", "largest gap of contact points"),
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
-    "falling": (
+    "work": (
         "dimensionless",
-        "work of the dead load that ties do not take up, per unit of work of the variable load",
+        "work of the step per unit of work of the variable load, to compare flow_rule_gap with",
     ),
-    "dropped": ("dimensionless", "1 if the motion is that of blocks that drop until they meet others"),
-    "drops_next": ("dimensionless", "1 if they begin to on the way to the next state"),
+    "inertia": ("dimensionless", "share of the work of inertia in that of the step"),
     "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
     "tie_elongation": ("length", "of the tie beyond its length in the model"),
     "minus_of_contact": (None, "index of the block that the normal points from, at each contact point with a force"),
@@ -38,7 +40,6 @@ _VALUES = {
     "point_of_contact": ("length", "where the contact point is"),
     "normal_of_contact": ("dimensionless", "direction from its minus to its plus block"),
     "force_of_contact": ("force", "on its plus block"),
-    "body": ("dimensionless", "number of the body that each block moves on as part of; zero is that of supports"),
     "penetration": ("length", "deepest penetration of two blocks"),
     "energy_error": ("dimensionless", "work that the way from the state before misses, relative to all work so far"),
     "equilibrium_residual": ("dimensionless", "in multiples of the dead wrench of the block"),
@@ -47,26 +48,17 @@ _VALUES = {
     "flow_rule_gap": ("dimensionless", "work by which the flow rule is missed, in units of α"),
     "holds": ("dimensionless", "1 if the certificate of the state holds"),
     "contact_points": ("dimensionless", "number of contact points"),
-    "programs": ("dimensionless", "number of conic programs"),
-    "solver_iterations": ("dimensionless", "interior-point iterations"),
+    "solver_iterations": ("dimensionless", "factorisations"),
     "solver_time": ("time", "time of the step"),
-    "divided": ("dimensionless", "1 if the step to the state was divided"),
-    "body_failures": ("dimensionless", "steps of bodies that failed one after the other"),
-    "body_waits": ("dimensionless", "solutions of all blocks before bodies are tried again"),
 }
 _OF_CONTACT = ("minus_of_contact", "plus_of_contact")
-_FLAGS = ("holds", "dropped", "drops_next", "divided")
-_WHOLE = (
-    *_FLAGS,
-    *("contact_points", "programs", "solver_iterations", "body_failures", "body_waits", "body"),
-    *_OF_CONTACT,
-)
+_FLAGS = ("holds", "falls")
+_WHOLE = (*_FLAGS, "contact_points", "solver_iterations", *_OF_CONTACT)
 _DIMS = {
     **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), ("step", "block", "axis")),
     **dict.fromkeys(("tie_force", "tie_elongation"), ("step", "tie")),
     **dict.fromkeys(_OF_CONTACT, ("contact",)),
     **dict.fromkeys(("point_of_contact", "normal_of_contact", "force_of_contact"), ("contact", "axis")),
-    "body": ("step", "block"),
 }
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -92,8 +84,8 @@ _SLIPS = "where units slip and catch a curve hangs on its steps"
 _LEAPS = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips that slid until there"
 
 
-def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
-    """Return the values of at least one step, an array per attribute.
+def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
+    """Values of steps, of which there is at least one: an array each, along the steps first.
 
     The first dimension is the step. Values of contact points follow one another, step by step; ``loaded_points`` has
     their number in each step.
@@ -105,30 +97,23 @@ def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
     return found
 
 
-def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
-    """Return the capacity curve from the values of its steps, in SI units.
+def capacity_of(model: Model, arrays: Arrays) -> xr.Dataset:
+    """Capacity curve of the values of its steps, in SI units.
 
     Parameters
     ----------
     model, arrays
-        The structure, and the values from :func:`step_arrays`.
-    ended
-        How the curve ended; empty if it can be continued.
+        The structure, and :func:`step_arrays`.
 
     Returns
     -------
     xarray.Dataset
         Dimensions step, block, axis (x, y, z), contact and, with ties, tie; ``displacement`` is a coordinate along
-        ``step``. Contact points with a force follow one another, step by step; ``step_of_contact`` has their steps.
-        ``d0`` is the displacement at which the load factor is zero, NaN if the curve ended before.
-        ``tie_break_displacement`` is the displacement at which each tie breaks, NaN if it does not. The attribute
-        ``ended`` states how the curve ended.
+        ``step``. Contact points with a force are one step after the other, ``step_of_contact`` tells that of each.
+        ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before;
+        ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
     """
     n = len(arrays["load_factor"])
-    if "tie_force" in arrays and model.ties:
-        # The residual force of a slack tie is the solver's rounding.
-        force = arrays["tie_force"]
-        arrays = {**arrays, "tie_force": np.where(slack(model, force), 0.0, force)}
     variables: dict[str, Any] = {
         name: (
             _DIMS.get(name, ("step",)),
@@ -139,7 +124,8 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         # A model without ties has no tie variables. Old working data may lack other variables.
         if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
     }
-    curve = list(zip(arrays["displacement"].tolist(), arrays["load_factor"].tolist(), strict=True))
+    stands = arrays["falls"] == 0
+    curve = list(zip(*(arrays[name][stands].tolist() for name in ("displacement", "load_factor")), strict=True))
     coords: dict[str, Any] = {
         "step": ("step", np.arange(n), {"long_name": "state of the curve, from 0"}),
         "displacement": variables.pop("displacement"),
@@ -163,7 +149,7 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         coords["tie_elongation_limit"] = ("tie", limit, _length("infinite if none was given"))
         broke = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
         data["tie_break_displacement"] = ("tie", broke, _length("displacement at which the tie breaks"))
-    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve", "ended": ended})
+    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve"})
 
 
 def _length(long_name: str) -> dict[str, str]:
@@ -282,24 +268,18 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
     return found
 
 
-def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
-    """Return the steps of a capacity curve.
-
-    The list is empty if the curve lacks the data to be continued.
-    """
-    names = [f.name for f in fields(FiniteStep)]
-    if not {"step_of_contact", *names} - {"tie_force", "tie_elongation"} <= set(capacity.variables):
-        return []
+def steps_of(capacity: xr.Dataset) -> list[MotionState]:
+    """The states of a capacity curve; those of arrays of its contact points as they stand."""
     n = capacity.sizes["step"]
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
-    for name in names:
+    for name in (f.name for f in fields(MotionState)):
         # A model without ties has no tie variables.
         values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
         of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
         columns[name] = of_steps if name in _DIMS else values.tolist()
     columns |= {name: [bool(value) for value in columns[name]] for name in _FLAGS}
-    return [FiniteStep(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
+    return [MotionState(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 
 def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:

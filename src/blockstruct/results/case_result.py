@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
-from blockstruct.model import Case, Model, SelfWeight, SettlementCase
+from blockstruct.model import Case, Model, Pushover, SelfWeight, SettlementCase
+from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.crushing_cells import crushing_in_cells
@@ -28,7 +29,7 @@ from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.torsion import torsion_notes
 from blockstruct.results.utilisation import biaxial_crushing, utilisation
-from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, effect_note, ended, why
+from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, curve_end, effect_note, ended, why
 from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages whose load factor is not a load factor of the case.
@@ -84,8 +85,8 @@ class CaseResult:
         if they were not run (``spread=True``).
     damage : str
         The part of a killed run that could not be read; usually empty.
-    curve_ended : str
-        Why the curve of a pushover ends, or why it is missing.
+    curve_outcome : CurveOutcome or None
+        How and where the curve of a pushover ended, or why it is missing; None if it has not ended.
     capacity : xarray.Dataset or None
         States of a :class:`~blockstruct.Pushover` beyond the collapse state, which is the last state of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
@@ -106,7 +107,7 @@ class CaseResult:
     of_case: str = ""
     path_dependence: tuple[float, float] | None = None
     damage: str = ""
-    curve_ended: str = ""
+    curve_outcome: CurveOutcome | None = None
     capacity: xr.Dataset | None = field(default=None, repr=False)
     versions: tuple[Mapping[str, str], ...] = field(default=(), repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
@@ -286,6 +287,13 @@ class CaseResult:
     def broken_ties(self) -> pd.DataFrame:
         """Broken ties of a pushover: :func:`blockstruct.results.broken_ties`."""
         return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
+
+    @property
+    def curve_ended(self) -> str:
+        """How the curve of a pushover ended, or why it is missing, as a clause; empty if it has not ended."""
+        if self.curve_outcome is None or not isinstance(self.case, Pushover):
+            return ""
+        return curve_end(self.curve_outcome, self.case.control)
 
     @property
     def missing_curve(self) -> str:

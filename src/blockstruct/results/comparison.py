@@ -109,7 +109,7 @@ def _said(value: float, unit: str) -> str:
 def _of_curves(row: Any) -> list[str]:
     """Return the lines on the differences between two capacity curves."""
     parted = f", from {row['curves_part_at']:.4g} m on" if np.isfinite(row["curves_part_at"]) else ""
-    ends = [row[name] or "no end" for name in ("curve_ended", "curve_ended_other")]
+    ends = [in_words(row[name]) or "no end" for name in ("curve_ended", "curve_ended_other")]
     d0s = f"    d0 {row['d0']:.6g} m, other {row['d0_other']:.6g} m"
     line = f"{d0s}, curves differ by {row['curve_difference']:.1e}{parted}"
     return [line] + [f"    {ends[0]}; other: {ends[1]}"] * (ends[0] != ends[1])
@@ -136,6 +136,9 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         row |= {"force_difference": np.inf, "mechanism_difference": np.inf, "same_certificate": False}
         row["same_question"] = False
         row |= compared_curves(*(None if result is None else result.capacity for result in (first, second)))
+        for result, suffix in ((first, ""), (second, "_other")):
+            outcome = None if result is None else result.curve_outcome
+            row[f"curve_ended{suffix}"] = "" if outcome is None else outcome.end.value
         if first is not None and second is not None:
             row["force_difference"] = _state_difference(first, second, partial(_at_points, name="contact_force"))
             motions = partial(_at_points, name="relative_velocity"), motion_of

@@ -18,7 +18,7 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
     Returns
     -------
     dict
-        ``d0`` (m, NaN without one) and ``curve_ended`` of each curve, with the suffix ``_other`` for the second.
+        ``d0`` (m, NaN without one) of each curve, with the suffix ``_other`` for the second.
 
         ``curve_difference`` is the larger of two differences. One is the largest difference of load factors at the same
         displacement, relative to the largest load factor of both. The other is the difference of the final
@@ -31,7 +31,6 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
     row: dict[str, Any] = {}
     for curve, suffix in ((one, ""), (other, "_other")):
         row[f"d0{suffix}"] = np.nan if curve is None else float(curve["d0"])
-        row[f"curve_ended{suffix}"] = "" if curve is None else curve.attrs.get("ended", "")
     if one is None or other is None:
         return row | {"curve_difference": 0.0 if one is other else np.inf, "curves_part_at": np.nan}
     (way, alpha), (way_other, alpha_other) = _along(one), _along(other)

@@ -174,7 +174,7 @@ class MovingStructure:
 
     def __init__(self, statics: Statics, rounding: float = 0.0) -> None:
         model, points = statics.model, statics.points
-        self.statics = statics
+        self.statics, self.rounding = statics, rounding
         self._centroid = np.array([b.centroid for b in model.blocks])
         self.fixed = np.array([b.fixed for b in model.blocks])
         self._bodies = MovingBodies.of({b.name: b.shape for b in model.blocks}, self.fixed, rounding)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import BlockstructError, FormatError, StorageError, shown
 from blockstruct.files import unreadable
 from blockstruct.model import JOINT_PROPERTIES
+from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
@@ -348,10 +349,16 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 **_reaction(case, place),
                 **(_curve(groups, file.curves[place]) if place in file.curves else {}),
                 **texts,
-                "curve_ended": plain(case.attrs["curve_ended"]) if "curve_ended" in case.attrs else "",
+                "curve_ended": _end(plain(case.attrs["curve_ended"])) if "curve_ended" in case.attrs else "",
                 "settled": bool(_scalar(case, place, "settled")),
                 **flat("settings", settings),
             }
+
+
+def _end(text: str) -> str:
+    """Return how a curve ended, of what a file keeps of it."""
+    outcome = CurveOutcome.read(text)
+    return "" if outcome is None else outcome.end.value
 
 
 def flat(name: str, value: Any) -> Row:

@@ -37,11 +37,13 @@ from blockstruct.model import (
     kind_of,
     tie_kind_of,
 )
+from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import (
     AXES,
     COMPONENTS,
+    CurveEnd,
     Flow,
     JointOrientation,
     PathEnd,
@@ -72,7 +74,7 @@ _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
 _FACTS = ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing")
-_TEXTS = ("schedule", "of_case", "damage", "curve_ended")
+_TEXTS = ("schedule", "of_case", "damage")
 #: Members of the attribute of a settlement.
 _MOTION = ("supports", "direction", "about")
 #: Relative rounding of reactions and of sizes of the model.
@@ -120,8 +122,8 @@ _ASCENDING = (
 #: Labels of dimensions, and their values.
 _LABELS = {"axis": AXES, "component": COMPONENTS}
 #: Variables of a curve that are 0 or 1, and those that count.
-_FLAGS = ("holds", "dropped", "drops_next", "divided")
-_COUNTS = ("body", "contact_points", "programs", "solver_iterations", "body_failures", "body_waits")
+_FLAGS = ("holds", "falls")
+_COUNTS = ("contact_points", "solver_iterations")
 #: Tolerances and measures of a detection that are never negative; a gap may be a penetration.
 _NOT_NEGATIVE = (
     *("gap_tolerance", "angle_tolerance", "area_tolerance", "close_distance"),
@@ -442,6 +444,8 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
         attrs["path_end"] = outcome.path_end.value
     attrs |= {name: json.dumps(v) for name in ("hung", "jammed") if (v := getattr(result, name))}
     attrs |= {name: text for name in _TEXTS if (text := getattr(result, name))}
+    if result.curve_outcome is not None:
+        attrs["curve_ended"] = result.curve_outcome.text
     made_by = [dict(each) for each in result.versions]
     if result.n_iterations and made_by not in ([], [dict(versions)]):
         attrs["versions"] = json.dumps(made_by, sort_keys=True)
@@ -464,6 +468,9 @@ def read_result(
 ) -> CaseResult:
     """Return the result of a Dataset; a result without versions takes the versions of its file."""
     a = ds.attrs
+    outcome = CurveOutcome.read(a.get("curve_ended", ""))
+    if capacity is not None and "inertia_time" not in capacity:
+        capacity, outcome = None, CurveOutcome(CurveEnd.EARLIER_VERSION)
     return CaseResult.restored(
         model=model,
         case=_case(ds.attrs, patterns),
@@ -471,6 +478,7 @@ def read_result(
         outcome=_outcome(ds, model),
         certificate={name: ds[name].item() for name in CERTIFICATE_MEASURES if name in ds},
         **{name: a[name] for name in _TEXTS if name in a},
+        curve_outcome=outcome,
         history=history,
         started_at=a["started_at"],
         duration=float(ds["duration"]),

@@ -30,6 +30,7 @@ from blockstruct.errors import BusyError, FormatError, StorageError, shown
 from blockstruct.files import open_file, read_file
 from blockstruct.limit import Outcome
 from blockstruct.model import Model
+from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of, confirm
 from blockstruct.storage.file import (
     DAMAGE,
@@ -684,7 +685,7 @@ class Checkpoint:
             "certificate": result.certificate.measures if result.certificate else {},
             "started_at": result.started_at,
             "duration": result.duration,
-            "curve_ended": result.curve_ended,
+            "curve_ended": result.curve_outcome.text if result.curve_outcome else "",
         }
         self._append(result.name, "end", json.dumps(ending).encode())
 
@@ -757,7 +758,8 @@ class Checkpoint:
                 case=planned.case,
                 settings=settings,
                 history=history,
-                capacity=_capacity(planned.model, records.steps, ending.get("curve_ended", "")),
+                capacity=_capacity(planned.model, records.steps),
+                curve_outcome=CurveOutcome.read(ending.pop("curve_ended", "")),
                 schedule=planned.schedule,
                 of_case=planned.of_case,
                 versions=made_by,
@@ -819,11 +821,11 @@ def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int)
     return arrays
 
 
-def _capacity(model: Model, steps: list[dict[str, np.ndarray]], ended: str) -> xr.Dataset | None:
+def _capacity(model: Model, steps: list[dict[str, np.ndarray]]) -> xr.Dataset | None:
     """Return the capacity curve of the steps of a case; None without any."""
     if not steps:
         return None
-    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]}, ended)
+    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]})
 
 
 def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:

@@ -19,6 +19,7 @@ from blockstruct.text.case import (
     tilting_table,
 )
 from blockstruct.text.caveats import caveats
+from blockstruct.text.curve import curve_end
 from blockstruct.text.ending import ended, found_by, range_text, sentence, why
 from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
 from blockstruct.text.mechanism import (
@@ -69,6 +70,7 @@ __all__ = [
     "admissible_state",
     "capitalised",
     "certificate_sentence",
+    "curve_end",
     "more_ties_hold",
     "no_curve",
     "pushed_states",

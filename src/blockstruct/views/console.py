@@ -240,7 +240,7 @@ def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
         return None
     return {
         "d0": _finite(float(curve["d0"])),
-        "ended": curve.attrs.get("ended", ""),
+        "ended": r.curve_ended,
         "states": curve.sizes["step"],
         "certified": int(curve["holds"].sum()),
         "broken_ties": _rows(r.broken_ties),

@@ -77,7 +77,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     block, direction = result.case.control
     along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
-    clauses = [curve.attrs.get("ended", ""), *bs.results.breaking_words(curve)]
+    clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
     clauses += bs.results.doubtful_words(curve, result.settings.procedure)
     sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, block, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]

@@ -45,7 +45,7 @@ def curve_sentences(
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
         doubts = bs.results.doubtful_words(curve, procedure)
-        clauses = [beginning_words(analysis[name]), curve.attrs.get("ended", "")]
+        clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
         if doubts:
             clauses += [] if has_doubt_note and name == relied_on else doubts[:1]
         elif breaks:

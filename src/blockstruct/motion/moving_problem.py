@@ -9,10 +9,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.limit.motion import unit_of_velocity
-from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.ties import Ties
-from blockstruct.model import Model, Pushover, Tie
+from blockstruct.limit import LimitProblem, Ties, unit_of_velocity
+from blockstruct.model import STANDARD_GRAVITY, Model, Pushover, Tie
 from blockstruct.model.checks import check_at_block
 from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
 from blockstruct.vocabulary import Torsion, listed
@@ -103,18 +101,6 @@ class MovedProblem:
         own[self.free] = u.reshape(-1, 6) / unit_of_velocity(self.problem)
         return rotated(own, self.placement.rotation)
 
-    def relative(self, twist: Array) -> Array:
-        """Return the relative velocities (K, 3) of twists (B, 6) of the blocks.
-
-        Both are in SI units. The velocities are in the frames of the contact points.
-        """
-        points, centre = self.contacts.points, self.placement.position
-        plus, minus = (
-            twist[block, :3] + np.cross(twist[block, 3:], points.position - centre[block])
-            for block in (points.plus, points.minus)
-        )
-        return np.asarray(np.einsum("kij,kj->ki", points.frame, plus - minus))
-
 
 @dataclass(frozen=True, slots=True)
 class ControlPoint:
@@ -157,11 +143,8 @@ class ControlPoint:
         return float((twist[self.block, :3] + np.cross(twist[self.block, 3:], arm)) @ self.direction)
 
 
-#: Relative difference from the yield force up to which a tie counts as yielding.
-YIELDS = 1e-3
-#: Relative distance to the elongation limit up to which a tie has reached it. Parts of a step by which the step ends
-#: before this limit, and by which it continues past a limit already reached.
-AT_LIMIT, SHORT_OF, BEYOND = 1e-4, 1e-5, 1 / 4096
+#: Overlap of two blocks under the mean dead wrench, in mean block sizes.
+COMPLIANCE = 1e-6
 
 
 class MovingProblem:
@@ -190,6 +173,20 @@ class MovingProblem:
         self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
         self.unit = np.full(len(statics.model.blocks), np.inf)
         self.unit[statics.free] = problem.wrench_unit
+        self.inertia = self._inertia()
+        self.compliance = COMPLIANCE * statics.length / float(problem.wrench_unit.mean())
+
+    def _inertia(self) -> sp.csr_array:
+        """Mass of the dead wrench of each free block, in the shape of the block, (6 F, 6 F)."""
+        unit, blocks = unit_of_velocity(self.at_rest), self.statics.model.blocks
+        parts = []
+        for own, weight, k in zip(unit, self.at_rest.wrench_unit, self.statics.free, strict=True):
+            spread = blocks[k].shape.second_moments / blocks[k].volume
+            mass = np.zeros((6, 6))
+            mass[:3, :3] = np.eye(3)
+            mass[3:, 3:] = np.trace(spread) * np.eye(3) - spread
+            parts.append(weight / STANDARD_GRAVITY * mass / np.outer(own, own))
+        return sp.csr_array(sp.block_diag(parts))
 
     @property
     def sharp(self) -> Self:
@@ -206,43 +203,8 @@ class MovingProblem:
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)
 
-    def breaks(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return whether ties (N,) break in a step.
-
-        ``before`` (N,) are their largest lengths before the step, and ``after`` (N,) their lengths at its end, m.
-        """
-        reserve = self._reserve(before)
-        return np.asarray((reserve >= 0) & (after - before > reserve))
-
-    def until_broken(self, before: Array, after: Array) -> float:
-        """Return the part of a step until a tie breaks; one if no tie breaks.
-
-        Lengths (N,) are the same as in :meth:`breaks`. The part ends just before the first tie breaks. If this tie is
-        already at its limit, the part ends just after it breaks.
-        """
-        breaks = self.breaks(before, after)
-        share = self._reserve(before)[breaks] / (after - before)[breaks]
-        reached = self.at_limit(before)[breaks]
-        return float(np.where(reached, share + BEYOND, (1 - SHORT_OF) * share).min(initial=1.0))
-
-    def at_limit(self, longest: Array) -> NDArray[np.bool_]:
-        """Return whether unbroken ties (N,) are at their elongation limit.
-
-        ``longest`` (N,) are their largest lengths, m.
-        """
-        limit, reserve = self.statics.ties.elongation_limit, self._reserve(longest)
-        return np.asarray((reserve >= 0) & (reserve <= AT_LIMIT * limit) & np.isfinite(limit))
-
-    def _reserve(self, longest: Array) -> Array:
-        """Return the further elongation (N,) at which ties break, m."""
-        return self.statics.ties.span + self.statics.ties.elongation_limit - longest
-
-    def yielding(self, force: Array) -> NDArray[np.bool_]:
-        """Return whether ties of the model yield at forces (N,), N."""
-        return np.asarray(force >= (1 - YIELDS) * self.statics.ties.capacity)
-
-    def at(self, placement: Placement, reach: float, longest: Array, tight: Array | None = None) -> MovedProblem:
-        """Return the limit problem at a placement.
+    def at(self, placement: Placement, reach: float, longest: Array, tight: Array) -> MovedProblem:
+        """Limit problem at a placement.
 
         Parameters
         ----------
@@ -253,7 +215,7 @@ class MovingProblem:
         longest : (N,) array, m
             Largest length of each tie so far. It decides whether the tie is broken.
         tight : (N,) array, m
-            Length at which each tie begins to pull; its largest length so far by default.
+            Length from which on each pulls.
         """
         statics, problem = self.statics, self.at_rest
         contacts = self.structure.contacts(placement, reach)
@@ -265,7 +227,6 @@ class MovingProblem:
         table = self.structure.ties(placement)
         elongation = table.span - statics.ties.span
         longest = np.maximum(longest, table.span)
-        tight = longest if tight is None else tight
         holds = ~self.broken(longest)
         table = table[holds]
         wrench = table.columns(placement.position, statics.free, statics.length, placement.rotation)

@@ -1,0 +1,214 @@
+"""A course of states: what each remembers of the ones before, and what follows from what was found."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
+from blockstruct.limit.certificate import FORCES
+from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
+from blockstruct.motion.state import MotionState
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Distance, in mean block sizes, up to which a contact point continues an earlier one.
+SAME = 0.05
+#: Largest flow-rule gap, relative to the work of the step, and largest interpenetration, relative to the fastest point,
+#: of a certificate that holds; least work, relative to that of the first state.
+CERTIFIED, LEAST_WORK = 1e-2, 0.05
+
+
+class Course:
+    """The states so far.
+
+    Overlaps of blocks and elongations of ties give their forces. Friction remembers the forces of the last state.
+
+    Parameters
+    ----------
+    problem
+        The case at any placement.
+    settings
+        Settings of the case.
+    """
+
+    def __init__(self, problem: MovingProblem, settings: ProcedureSettings) -> None:
+        self.problem, self._settings = problem, settings
+        self._longest = self._tight = problem.lengths(Placement.of(problem.statics.model))
+        self.last: MotionState | None = None
+        #: Displacement, m, and load factor of each state without falling blocks.
+        self.curve: list[tuple[float, float]] = []
+        self._done = 0.0
+
+    def take(self, state: MotionState) -> None:
+        """Add a complete state.
+
+        The curve begins at the first state whose certificate holds. Before that state, joints deform elastically.
+        """
+        self._done += self._energy(state)[1]
+        self._longest, self._tight = self._lengths(Placement.at(state.position, state.rotation))
+        self.last = state
+        if not state.falls and (self.curve or state.holds):
+            self.curve.append((state.displacement, state.load_factor))
+
+    def at(self, placement: Placement, reach: float) -> MovedProblem:
+        """Return the limit problem at a placement after the last state."""
+        return self.problem.at(placement, reach, *self._lengths(placement))
+
+    def _lengths(self, placement: Placement) -> tuple[Array, Array]:
+        """Return the largest lengths (N,) of ties so far, and the lengths at which they begin to pull, m.
+
+        Only ties that yield grow. Anchors move along chords, so other ties are longer after a step by the error of the
+        chords, which the next step corrects.
+        """
+        lengths = self.problem.lengths(placement)
+        longest = np.maximum(self._longest, lengths)
+        if self.last is None:
+            return longest, self._tight
+        capacity = self.problem.statics.ties.capacity
+        grown = np.maximum(self._tight, lengths - self.problem.compliance * capacity)
+        yields = self.last.tie_force >= (1 - FORCES) * capacity
+        return longest, np.where(yields, grown, self._tight)
+
+    def complete(self, found: MotionState) -> MotionState:
+        """A state with all that follows from what was found."""
+        placement = Placement.at(found.position, found.rotation)
+        moved = self.at(placement, found.reach)
+        problem, time, alpha = moved.problem, found.motion_time, found.load_factor
+        x, T = forces_at(moved, found), found.tie_force[moved.holds] / problem.ties.force_unit
+        u = moved.velocities(found.twist)
+        inertia = self.problem.inertia @ u * (time / found.inertia_time**2)
+        c = certify(
+            replace(problem, w_D=problem.w_D - inertia),
+            x,
+            u,
+            alpha,
+            self._settings,
+            T,
+            # Blocks that overlap are in contact, and ties that are stretched are tight.
+            gap=np.maximum(moved.gap(time), 0.0),
+            slack=np.maximum(moved.slack_in(time), 0.0),
+            speed=problem.fastest(u),
+        )
+        dissipation, kinetic = dissipated(problem, x, T, u), float(u @ inertia)
+        first = self.curve[0][1] if self.curve else alpha
+        # What drops is driven by the dead load.
+        work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
+        within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= CERTIFIED
+        state = replace(
+            found,
+            displacement=self.problem.control.displacement(placement),
+            dissipation=dissipation,
+            work=work,
+            inertia=kinetic / work,
+            tie_elongation=moved.elongation,
+            penetration=moved.penetration,
+            equilibrium_residual=c.equilibrium_residual,
+            yield_excess=c.yield_excess,
+            interpenetration=c.interpenetration,
+            flow_rule_gap=c.flow_rule_gap,
+            holds=within and c.flow_rule_gap <= CERTIFIED * work,
+            contact_points=len(moved.contacts.gap),
+        )
+        missed, work = self._energy(state)
+        return replace(state, energy_error=missed / max(self._done + work, 1e-300))
+
+    def _energy(self, state: MotionState) -> tuple[float, float]:
+        """Work from the last state to another that is missed, and the sum of all of it, J, by the trapezoidal rule.
+
+        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
+        """
+        before = self.last
+        if before is None or not self.curve:
+            return 0.0, 0.0
+        one, other = (Placement.at(of.position, of.rotation) for of in (before, state))
+        dead, variable = self.problem.dead.work(one, other), self.problem.variable.work(one, other)
+        pushed = variable * (before.load_factor + state.load_factor) / 2
+        moved = self.problem.at(other, state.reach, *self._lengths(other))
+        problem, u = moved.problem, moved.velocities(carried(before, other))
+        x, T = forces_at(moved, state), state.tie_force[moved.holds] / problem.ties.force_unit
+        rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
+        return abs(dead + pushed - variable * rate), abs(dead) + abs(pushed) + abs(dead + pushed)
+
+
+def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequence[MotionState]) -> list[MotionState]:
+    """States with all that follows from what was found, computed again."""
+    course, found = Course(problem, settings), []
+    for state in states:
+        found.append(course.complete(state))
+        course.take(found[-1])
+    return found
+
+
+def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:
+    """Rate of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
+    v = (problem.A.T @ u).reshape(-1, 3)
+    return float(T @ problem.ties.elongation(u) - np.einsum("kj,kj->", x[:, 1:], v[:, 1:]))
+
+
+def carried(state: MotionState, placement: Placement) -> Array:
+    """The screws of a state, as twists (B, 6) of the centroids at another placement."""
+    way = placement.position - state.position
+    return np.column_stack([state.velocity + np.cross(state.angular_velocity, way), state.angular_velocity])
+
+
+def loaded(points: ContactPoints, force: Array) -> dict[str, Any]:
+    """Contact points with a force, (K, 3) in N in the frame of each, as a state keeps them."""
+    frame, some = points.frame[points.interface], force.any(axis=1)
+    return {
+        "minus_of_contact": points.minus[some],
+        "plus_of_contact": points.plus[some],
+        "point_of_contact": points.position[some],
+        "normal_of_contact": frame[some, 0],
+        "force_of_contact": np.einsum("kij,ki->kj", frame, force)[some],
+    }
+
+
+def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> Array:
+    """Forces (K, 3) of a state at the nearest contact points of a problem between the same blocks, within a reach.
+
+    Where the points are is told in the axes of either block: those of a block that slides are where they were on one
+    of the two. Points of one place in two directions, as in an inner corner, are two.
+    """
+    # Loaded here: scipy.spatial is slow to import.
+    from scipy.spatial import KDTree
+
+    points, placement, length = moved.contacts.points, moved.placement, moved.problem.length
+    before, found = Placement.at(state.position, state.rotation), np.zeros_like(points.position)
+    if not len(found) or not len(state.force_of_contact):
+        return found
+    blocks = len(state.position)
+
+    def places(minus: Index, plus: Index, position: Array, normal: Array, at: Placement) -> list[Array]:
+        lower, upper = np.minimum(minus, plus), np.maximum(minus, plus)
+        towards = np.where(minus < plus, 1.0, -1.0)[:, None] * normal
+        pair = (lower * blocks + upper)[:, None].astype(float)
+        return [
+            np.column_stack(
+                [
+                    pair,
+                    np.einsum("kji,kj->ki", at.rotation[own], position - at.position[own]) / length,
+                    reach * np.einsum("kji,kj->ki", at.rotation[own], towards),
+                ]
+            )
+            for own in (lower, upper)
+        ]
+
+    frame = points.frame[points.interface]
+    new = places(points.minus, points.plus, points.position, frame[:, 0], placement)
+    minus, plus = state.minus_of_contact, state.plus_of_contact
+    old = places(minus, plus, state.point_of_contact, state.normal_of_contact, before)
+    near = [KDTree(one).query(other) for one, other in zip(new, old, strict=True)]
+    distance, nearest = (np.array(part) for part in zip(*near, strict=True))
+    best, which = distance.argmin(axis=0), np.arange(len(minus))
+    kept = distance[best, which] <= reach
+    place = nearest[best, which][kept]
+    # Forces turn with the block in whose axes the point is where it was.
+    own = np.where(best == 0, np.minimum(minus, plus), np.maximum(minus, plus))[kept]
+    turned = np.einsum("kij,klj,kl->ki", placement.rotation[own], before.rotation[own], state.force_of_contact[kept])
+    turned *= np.where(minus[kept] == points.minus[place], 1.0, -1.0)[:, None]
+    np.add.at(found, place, np.einsum("kij,kj->ki", frame[place], turned) / moved.problem.force_unit[place, None])
+    return found

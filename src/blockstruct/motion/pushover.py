@@ -1,0 +1,525 @@
+"""The pushover: from the collapse state through finite displacements until the load factor is zero."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.limit import Iteration, Placement, ProcedureSettings
+from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.motion.course import Course, carried, forces_at, loaded
+from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
+from blockstruct.motion.state import CurveOutcome, MotionState, zero_displacement
+from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
+from blockstruct.vocabulary import CurveEnd, Procedure
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: Growth of the way from one step to the next, and its largest share of the way so far, in multiples of an even one.
+GROWTH, LARGEST = 2.0, 2.0
+#: Share of the way to a load factor of zero that a step goes; load factor, relative to the first, below which it goes
+#: the whole way.
+SHORT_OF, NEAR = 0.75, 1e-3
+#: Number of last steps of which the longest limits the next one, and of states that give the slope of the curve.
+AFTER, FORESEEN = 4, 8
+#: Largest way of a block in a step, in ways of the control point; factor by which the way may exceed the wanted one.
+FASTEST, OFF = 3.0, 1.5
+#: Least reach of contact detection, and largest reach for blocks that move further, in mean block sizes.
+NEAREST, WIDEST = 0.05, 0.25
+#: Gap that counts as closed, in mean block sizes.
+CLOSED = 1e-4
+#: Share of the work of a step that forces may do across a gap that the step closes, and share of the way to such a gap
+#: that stays open; least share of a step, also while blocks fall.
+ACROSS, SHORTEST = 1e-3, 1 / 4096
+#: Share of its elongation limit within which a tie breaks.
+BREAKS = 1e-4
+#: Attempts at a step: share of its length, and acceleration relative to gravity, the share of inertia in a load factor.
+ATTEMPTS = ((1.0, 1e-7), (1.0, 1e-5), (0.25, 1e-4), (1 / 16, 1e-3))
+#: Share of a step that is tried if the whole step closes a gap.
+SHORTER = 0.25
+#: Load factor, relative to collapse, at which the push meets what it cannot move.
+JAMS = 100.0
+#: Share of inertia in the work of the last step above which blocks fall.
+MOSTLY = 0.5
+#: Number of states, relative to the requested one, at which the curve ends; least requested number that counts.
+PATIENCE, FEW = 5, 20
+#: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
+ABOVE = 0.015
+#: Speed of the control point, relative to the fastest block, below which it rests.
+RESTS = 1e-4
+#: Speed, relative to the fastest block, above which a moving block is named, and number of named blocks.
+FAST, NAMED = 0.5, 5
+
+
+States = Generator[MotionState, None, CurveOutcome]
+
+
+def pushover(
+    problem: MovingProblem,
+    collapse: Iteration,
+    steps: int,
+    settings: ProcedureSettings,
+    before: Sequence[MotionState] = (),
+) -> States:
+    """Follow a collapse mechanism through finite displacements.
+
+    In each step the work of the variable load is prescribed, and with it the way of the control point. Blocks then move
+    along the screws of their twists, and contacts are found anew where they are. The load factor belongs to the
+    geometry at the beginning of the step. Blocks that nothing holds fall, while the control point waits.
+
+    Parameters
+    ----------
+    problem
+        The case, wherever its blocks are.
+    collapse
+        The certified collapse state, whose mechanism is the first motion.
+    steps
+        Number of them, about.
+    settings
+        Of the case.
+    before
+        States of the curve that are known already: it continues after the last of them.
+
+    Yields
+    ------
+    MotionState
+        A state; the first is that without displacement.
+
+    Returns
+    -------
+    CurveOutcome
+        How it ended.
+    """
+    rest = Placement.of(problem.statics.model)
+    mechanism = _mechanism(problem, collapse, rest)
+    speed = abs(problem.control.velocity(rest, mechanism))
+    if speed <= RESTS * np.linalg.norm(mechanism[:, :3], axis=1).max():
+        return replace(_outcome(problem, CurveEnd.RESTS, mechanism), displacement=0.0)
+    path = _Path(problem, collapse, steps, settings)
+    for known in before:
+        path.take(known)
+    if not before:
+        sharp = problem.sharp
+        first = path.begun(mechanism)
+        own = first if sharp is problem else _Path(sharp, collapse, steps, settings).begun(mechanism)
+        on_path = settings.procedure == Procedure.LOADING_PATH
+        if own is not None and on_path and own.load_factor > (1 + ABOVE) * abs(collapse.load_factor):
+            return _begins_above(problem, own)
+        if first is None:
+            return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
+        yield path.take(first)
+    while (end := path.end()) is None:
+        following = path.advance()
+        if following is None:
+            return path.outcome(path.lost())
+        yield path.take(following)
+    return path.outcome(end)
+
+
+class _Path:
+    """The curve so far, and the next step of it."""
+
+    def __init__(self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings) -> None:
+        self._problem, self._steps = problem, steps
+        self._course = Course(problem, settings)
+        push, dead = (
+            float(np.linalg.norm(loads.wrench[problem.statics.free, :3], axis=1).sum())
+            for loads in (problem.variable, problem.dead)
+        )
+        # Whatever the unit of the variable load: what carries more moves further.
+        self._collapse = abs(collapse.load_factor)
+        self._share = min(1.0, self._collapse * push / max(dead, 1e-300))
+        self._length = problem.statics.length
+        blocks = problem.statics.model.blocks
+        shapes = [(b.shape.vertices, b.centroid) for b in blocks]
+        self._radius = np.array([np.linalg.norm(corners - centre, axis=1).max() for corners, centre in shapes])
+        free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
+        #: Way of a step that divides an eighth of the extent of the structure evenly, m.
+        self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
+        self._ways, self._fallen = [0.0], 0.0
+        #: Start of the last step, s, and its factorisations.
+        self._start, self._spent = perf_counter(), 0
+        #: The last state in which nothing falls, whose motion continues.
+        self._going: MotionState | None = None
+
+    def take(self, state: MotionState) -> MotionState:
+        """Add a state as the last one."""
+        last = self._course.last
+        if last is not None and self._course.curve:
+            self._ways.append(self._ways[-1] + self._way(last))
+        self._course.take(state)
+        if not state.falls:
+            self._going = state
+        furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
+        self._fallen = self._fallen + furthest if state.falls else 0.0
+        return state
+
+    def begun(self, mechanism: Array) -> MotionState | None:
+        """Load the structure until it is a mechanism; return the first state whose certificate holds.
+
+        Joints deform elastically, first under the dead load and then in steps that grow from this deformation.
+        """
+        rest, nowhere, none = Placement.of(self._problem.statics.model), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        moved = self._course.at(rest, NEAREST * self._length)
+        unloaded = np.zeros((moved.problem.n_points, 3))
+        solved, inertia_time = self._step(
+            moved, unloaded, np.zeros_like(mechanism), None, self._length, np.inf, ATTEMPTS[0][1]
+        )
+        if solved is None:
+            return None
+        settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time, moved.reach, falls=False)
+        self._going = replace(
+            settled,
+            velocity=mechanism[:, :3],
+            angular_velocity=mechanism[:, 3:],
+            minus_of_contact=nowhere,
+            plus_of_contact=nowhere,
+            point_of_contact=none,
+            normal_of_contact=none,
+            force_of_contact=none,
+        )
+        self._course.take(settled)
+        way = 0.0
+        while way <= self._even:
+            following = self.advance()
+            if following is None or following.holds:
+                return following
+            self.take(following)
+            way = self._way(following)
+        return None
+
+    def advance(self) -> MotionState | None:
+        """The state after the last step."""
+        last = self._course.last
+        if last is None:
+            return None
+        self._start, self._spent = perf_counter(), 0
+        at = Placement.at(last.position, last.rotation).moved(last.twist * last.motion_time)
+        placement = Placement.at(at.position, at.vectors)
+        return self._solved(placement, carried(self._going or last, placement), self._wanted(), last)
+
+    def end(self) -> CurveEnd | None:
+        """How the curve has ended."""
+        if np.isfinite(zero_displacement(self._course.curve)):
+            return CurveEnd.ZERO
+        if self._fallen > self._length:
+            return CurveEnd.FALLS
+        return CurveEnd.LIMIT_REACHED if len(self._ways) > PATIENCE * max(self._steps, FEW) else None
+
+    def lost(self) -> CurveEnd:
+        """How the curve ends where no step is solved."""
+        last = self._course.last
+        return CurveEnd.FALLS if last is not None and last.inertia > MOSTLY else CurveEnd.NOT_SOLVED
+
+    def outcome(self, end: CurveEnd) -> CurveOutcome:
+        """Facts of the end."""
+        last, control = self._course.last, self._problem.control
+        if last is None:
+            return CurveOutcome(end)
+        curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
+        begun = curve[min(1, len(curve) - 1)][0]
+        fastest = np.linalg.norm(last.velocity, axis=1).max()
+        stands = begun != 0 and control.velocity(placement, last.twist) * np.sign(begun) <= RESTS * fastest
+        end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
+        found = _outcome(self._problem, end, last.twist)
+        return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
+
+    def _way(self, state: MotionState) -> float:
+        """Way of the control point in the step of a state, or a share of that of the block that goes furthest."""
+        placement = Placement.at(state.position, state.rotation)
+        return self._speed(placement, state.twist) * state.motion_time
+
+    def _speed(self, placement: Placement, twist: Array) -> float:
+        speed = abs(self._problem.control.velocity(placement, twist))
+        return max(speed, float(np.linalg.norm(twist[:, :3], axis=1).max()) / FASTEST)
+
+    def _time(self, placement: Placement, twist: Array, way: float) -> float:
+        """Time at 1 W in which a motion, twists (B, 6), goes a way."""
+        return way / max(self._speed(placement, twist), 1e-300)
+
+    def _wanted(self) -> float:
+        """Way of the next step, m."""
+        last, elastic = self._course.last, COMPLIANCE * self._length
+        if last is None or not self._course.curve:
+            return elastic if last is None or not last.load_factor else GROWTH * self._way(last)
+        ways = [*self._ways, self._ways[-1] + self._way(last)]
+        alpha = np.array([a for _, a in self._course.curve[-FORESEEN:]])
+        way = np.array(ways[:-1][-len(self._course.curve) :])[-FORESEEN:]
+        slope = float(np.polyfit(way, alpha, 1)[0]) if len(way) > 1 else 0.0
+        whole = way[-1] - alpha[-1] / slope if slope < 0 else np.inf
+        even = min(
+            whole / self._steps,
+            max(8 * self._even * self._share, self._even, LARGEST * ways[-1] / self._steps),
+        )
+        return min(even, GROWTH * max(float(np.diff(ways[-AFTER:]).max()), elastic))
+
+    def _reach(self, way: float) -> float:
+        return max(NEAREST * self._length, 2 * FASTEST * way)
+
+    def _closing(self, twist: Array) -> float:
+        """Speed that no two points of blocks are faster than towards each other in a motion, twists (B, 6)."""
+        apart = np.linalg.norm(np.ptp(twist[:, :3], axis=0))
+        turning = np.linalg.norm(twist[:, 3:], axis=1) * self._radius
+        return float(apart + np.sort(turning)[-2:].sum())
+
+    def _solved(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
+        """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
+
+        Blocks that fall do so until they rest. Where no step is found, blocks fall.
+        """
+        least = ATTEMPTS[-1][1]
+        if memory.falls:
+            found = self._fallen_from(placement, twist, memory, self._height(memory))
+            if found is None or found.inertia > least:
+                return found
+        found = self._pushed(placement, twist, way, memory)
+        if found is None and not memory.falls:
+            found = self._fallen_from(placement, twist, memory, WIDEST * self._length / 4)
+            return found if found is not None and found.inertia > least else None
+        return found
+
+    def _pushed(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
+        """Return the state at a placement and its step of a way, which may be shorter.
+
+        A step ends just before a gap closes across which a force would work. The shortest step does not: blocks drop.
+        """
+        wanted, reach, wide = self._time(placement, twist, way), self._reach(way), WIDEST * self._length
+        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
+        least, moved, paced = SHORTEST * wanted, self._course.at(placement, reach), False
+        before = forces_at(moved, memory)
+        while True:
+            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far, np.inf)
+            if solved is None:
+                return None
+            motion = moved.twist(solved.u / time)
+            jams = abs(solved.load_factor) > JAMS * self._collapse
+            if self._closing(motion) * time > reach:
+                gone = self._speed(placement, motion) * time
+                if jams and time > least:
+                    wanted = max(SHORTER * time, least)
+                elif not paced and gone > OFF * way:
+                    # Other blocks than before move, and go further for the same work.
+                    wanted, paced = time * way / gone, True
+                elif reach < wide:
+                    reach, moved, wanted = wide, self._course.at(placement, wide), time
+                    before = forces_at(moved, memory)
+                else:
+                    return None
+                continue
+            found = self._completed(moved, solved, time, inertia_time, falls=time <= least)
+            broken = self._until_broken(found)
+            share = min(
+                self._shortened(moved, solved, before, twist, time, way), broken, self._until_zero(moved, found)
+            )
+            if time <= least or (share == 1 and not jams):
+                return None if jams else found
+            if broken < 1:
+                least, far = 0.0, share * far
+            wanted = max(min(share, SHORTER if jams else 1.0) * time, least)
+
+    def _fallen_from(
+        self, placement: Placement, twist: Array, memory: MotionState, height: float
+    ) -> MotionState | None:
+        """Return the state at a placement and a step in which blocks fall by a height.
+
+        The control point waits.
+        """
+        reach = WIDEST * self._length
+        wanted = self._time(placement, twist, SHORTEST * reach)
+        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
+        moved = self._course.at(placement, reach)
+        before = forces_at(moved, memory)
+        while height > CLOSED * self._length:
+            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far, height)
+            if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
+                jams = abs(solved.load_factor) > JAMS * self._collapse
+                return None if jams else self._completed(moved, solved, time, inertia_time, falls=True)
+            height = min(height, reach) / 4
+        return None
+
+    def _attempted(
+        self, moved: MovedProblem, before: Array, twist: Array, wanted: float, far: float, falls: float
+    ) -> tuple[StepSolution | None, float, float]:
+        """Return the first solution of the attempts at a step, its time and its time of inertia."""
+        for share, inertia in ATTEMPTS:
+            solved, inertia_time = self._step(moved, before, twist, share * wanted, far, falls, inertia)
+            if solved is not None:
+                return solved, share * wanted, inertia_time
+        return None, np.nan, np.nan
+
+    def _completed(
+        self, moved: MovedProblem, solved: StepSolution, time: float, inertia_time: float, *, falls: bool
+    ) -> MotionState:
+        """Return the complete state of a solution."""
+        motion = moved.twist(solved.u / time)
+        state = self._state(moved, solved, motion, time, inertia_time, moved.reach, falls=falls)
+        state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
+        return self._course.complete(state)
+
+    def _shortened(
+        self,
+        moved: MovedProblem,
+        solved: StepSolution,
+        before: Array,
+        twist: Array,
+        time: float,
+        way: float,
+    ) -> float:
+        """Share of a step to which it is to be shortened; one if it need not."""
+        gone = self._speed(moved.placement, moved.twist(solved.u))
+        if gone > OFF * way:
+            return way / gone
+        problem, closed = moved.problem, CLOSED * self._length
+        v = (problem.A.T @ solved.u).reshape(-1, 3)
+        work = max(abs(solved.load_factor) * time, -float((solved.x[:, 1:] * v[:, 1:]).sum()), 1e-300)
+        gaps = np.concatenate([moved.contacts.gap, moved.slack])
+        units = np.concatenate([problem.force_unit, problem.ties.force_unit])
+        forces = np.concatenate([solved.x[:, 0], solved.tie_force])
+        # Hinges that move have had their forces near by.
+        new = np.concatenate([before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
+        across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
+        if not across.any():
+            return 1.0
+        going = moved.velocities(twist * time)
+        rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
+        share = (1 - ACROSS) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
+        return share if share < 1 else SHORTER
+
+    def _step(
+        self,
+        moved: MovedProblem,
+        before: Array,
+        twist: Array,
+        time: float | None,
+        far: float,
+        falls: float,
+        share: float,
+    ) -> tuple[StepSolution | None, float]:
+        """Return the solution of a step and its time of inertia.
+
+        ``before`` (K, 3) are the last forces, and ``time`` is None under the dead load alone. Blocks are expected to
+        move by ``far``, or to fall by ``falls``, m.
+        """
+        problem, last = moved.problem, self._course.last
+        squared = min(far / share, falls) / STANDARD_GRAVITY
+        step = StepProblem(
+            problem=problem,
+            gap=moved.contacts.gap * problem.force_unit,
+            slack=moved.slack * problem.ties.force_unit,
+            inertia=sp.csr_array(self._problem.inertia / squared),
+            force=before,
+            compliance=self._problem.compliance,
+            displacement=time,
+            load_factor=0.0 if last is None else last.load_factor,
+        )
+        solved = solve_step(step, moved.velocities(twist * (time or 0.0)))
+        self._spent += 0 if solved is None else solved.iterations
+        return solved, float(np.sqrt(squared))
+
+    def _state(
+        self,
+        moved: MovedProblem,
+        solved: StepSolution,
+        motion: Array,
+        time: float,
+        inertia_time: float,
+        reach: float,
+        *,
+        falls: bool,
+    ) -> MotionState:
+        placement, problem = moved.placement, moved.problem
+        return MotionState(
+            load_factor=solved.load_factor,
+            position=placement.position,
+            rotation=placement.vectors,
+            velocity=motion[:, :3],
+            angular_velocity=motion[:, 3:],
+            motion_time=time,
+            inertia_time=inertia_time,
+            falls=falls,
+            reach=reach,
+            tie_force=moved.tie_force(solved.tie_force),
+            solver_iterations=0,
+            solver_time=0.0,
+            **loaded(moved.contacts.points, solved.x * problem.force_unit[:, None]),
+        )
+
+    def _height(self, last: MotionState) -> float:
+        """Return the height of free fall in the step after a state in which blocks fall, m.
+
+        It grows where blocks move less than a quarter of the reach of contact detection.
+        """
+        least = WIDEST * self._length / 4
+        fallen = float(np.linalg.norm(last.velocity, axis=1).max()) * last.motion_time
+        return max(least, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2) if fallen < least / 4 else least
+
+    def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
+        """Return the share of the step of a state at which the load factor is nearly zero; one if it stays above."""
+        last, curve = self._course.last, self._course.curve
+        if last is None or not curve or found.load_factor >= last.load_factor:
+            return 1.0
+        if last.tie_force[~moved.holds].any():
+            # The load factor has dropped with a tie.
+            return 1.0
+        alpha, way = found.load_factor, self._way(found)
+        left = alpha * self._way(last) / (last.load_factor - alpha)
+        if not COMPLIANCE * self._length < left < (1 - ACROSS) * way:
+            return 1.0
+        return left / way * (SHORT_OF if alpha > NEAR * abs(curve[0][1]) else 1.0)
+
+    def _until_broken(self, found: MotionState) -> float:
+        """Share of the way of a state that ends where a tie breaks; one if none does.
+
+        It ends just before the first that does and, of one that is near its limit, just behind.
+        """
+        ties = self._problem.statics.ties
+        placement = Placement.at(found.position, found.rotation)
+        limit = ties.elongation_limit
+        longest = self._course.at(placement, found.reach).longest - ties.span
+
+        def breaks(share: float, most: Array) -> Flags:
+            at = placement.moved(found.twist * (share * found.motion_time))
+            return np.asarray((longest <= limit) & (self._problem.lengths(at) - ties.span > most))
+
+        if not breaks(1.0, limit).any():
+            return 1.0
+        near = (longest <= limit) & (longest >= (1 - BREAKS) * limit)
+        most = np.where(near, (1 + BREAKS) * limit, (1 - BREAKS / 2) * limit)
+        if not breaks(1.0, most).any():
+            return 1.0
+        low, high = 0.0, 1.0
+        for _ in range(40):
+            middle = (low + high) / 2
+            low, high = (low, middle) if breaks(middle, most).any() else (middle, high)
+        share = high if near.any() else low
+        return share if share < 1 - BREAKS else 1.0
+
+
+def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> Array:
+    """Twists (B, 6) of the collapse mechanism at 1 W."""
+    lengths = problem.lengths(rest)
+    twist = problem.at(rest, NEAREST * problem.statics.length, lengths, lengths).twist(collapse.u)
+    return np.asarray(twist)
+
+
+def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcome:
+    """An end, and the blocks that move most in a motion, twists (B, 6)."""
+    speed = np.linalg.norm(twist[:, :3], axis=1)
+    fastest = np.argsort(-speed, kind="stable")
+    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()][:NAMED]]
+    along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0
+    return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
+
+
+def _begins_above(problem: MovingProblem, first: MotionState) -> CurveOutcome:
+    """No curve where blocks touch beyond the interfaces of the model, and carry more with that."""
+    points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
+    joints = set(map(tuple, np.sort(np.column_stack([points.minus, points.plus])).tolist()))
+    pressed = np.sort(np.column_stack([first.minus_of_contact, first.plus_of_contact])).tolist()
+    without = sorted({(i, j) for i, j in map(tuple, pressed)} - joints)
+    blocks = tuple(f"{names[i]}|{names[j]}" for i, j in without[:NAMED])
+    return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, blocks)

@@ -1,0 +1,172 @@
+"""A state of a capacity curve, how the curve ends, and where it comes to zero."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.vocabulary import CurveEnd
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class MotionState:
+    """One state of blocks that move, in SI units: forces at a placement, and the step from there to the next one.
+
+    The first group of attributes is what is found; all others follow from it and from the states before.
+
+    Attributes
+    ----------
+    load_factor : float
+    position, rotation : (B, 3) arrays
+        Centroids, m, and rotation vectors from where the model has the blocks, rad.
+    velocity, angular_velocity : (B, 3) arrays
+        Of the step, at 1 W of variable load.
+    motion_time : float
+        Time for which they act, s.
+    inertia_time : float
+        Time in which blocks at rest go the way of the step: ``M = mass / inertia_time²``; infinite without inertia.
+    falls : bool
+        Whether blocks drop in the step, while the control point all but waits.
+    reach : float
+        Largest gap of contact points, m.
+    tie_force : (N,) array
+        Of each tie of the model, N; zero once it has broken.
+    minus_of_contact, plus_of_contact : (P,) arrays
+        The two blocks at each contact point with a force.
+    point_of_contact, normal_of_contact, force_of_contact : (P, 3) arrays
+        Where it is, m, the direction from its minus to its plus block, and the force on the plus block, N.
+    solver_iterations : int
+        Factorisations of all attempts at the step.
+    solver_time : float
+        Seconds.
+
+    displacement : float
+        Of the control point along its direction, m.
+    dissipation : float
+        Work of friction and of ties per unit of work of the variable load.
+    work : float
+        Work of the step, per unit of work of the variable load, to which its flow-rule gap is relative.
+    inertia : float
+        Share of the work of inertia in that work.
+    tie_elongation : (N,) array
+        Of each tie, m, beyond its length in the model.
+    penetration : float
+        Deepest penetration, m.
+    energy_error : float
+        Of the motion from the state before: work of the loads less what friction and ties dissipate, relative
+        to the sum of the magnitudes of all such work so far.
+    equilibrium_residual, yield_excess, interpenetration, flow_rule_gap : float
+        As in :class:`Certificate`, on the moved geometry, with the force of inertia as a load; openings are those at
+        the end of the step.
+    holds : bool
+        Whether they are within the tolerances of a step.
+    contact_points : int
+    """
+
+    load_factor: float
+    position: Array
+    rotation: Array
+    velocity: Array
+    angular_velocity: Array
+    motion_time: float
+    inertia_time: float
+    falls: bool
+    reach: float
+    tie_force: Array
+    minus_of_contact: Index
+    plus_of_contact: Index
+    point_of_contact: Array
+    normal_of_contact: Array
+    force_of_contact: Array
+    solver_iterations: int
+    solver_time: float
+
+    displacement: float = np.nan
+    dissipation: float = np.nan
+    work: float = np.nan
+    inertia: float = np.nan
+    tie_elongation: Array = np.nan  # type: ignore[assignment]
+    penetration: float = np.nan
+    energy_error: float = np.nan
+    equilibrium_residual: float = np.nan
+    yield_excess: float = np.nan
+    interpenetration: float = np.nan
+    flow_rule_gap: float = np.nan
+    holds: bool = False
+    contact_points: int = 0
+
+    @property
+    def missed(self) -> float:
+        """Flow-rule gap relative to the work of the step."""
+        return self.flow_rule_gap / self.work
+
+    @property
+    def twist(self) -> Array:
+        """Velocities and angular velocities (B, 6)."""
+        return np.column_stack([self.velocity, self.angular_velocity])
+
+
+@dataclass(frozen=True, slots=True)
+class CurveOutcome:
+    """How and where a capacity curve ended.
+
+    Attributes
+    ----------
+    end : CurveEnd
+    displacement : float
+        Of the control point, m.
+    load_factor : float
+        At which it would begin, if it does not begin.
+    states : int
+    blocks : tuple of str
+        Those that the end is about: that fall, move furthest or touch.
+    direction : tuple of float
+        In which the first of them moves.
+    stands : bool
+        Whether the control point has come to a rest or goes back.
+    """
+
+    end: CurveEnd
+    displacement: float = np.nan
+    load_factor: float = np.nan
+    states: int = 0
+    blocks: tuple[str, ...] = ()
+    direction: tuple[float, ...] = ()
+    stands: bool = False
+
+    @property
+    def text(self) -> str:
+        """Its facts as a file keeps them."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def read(cls, text: str) -> Self | None:
+        """Of what a file keeps; None of a curve that has not ended, or was made by an earlier version."""
+        if not text.startswith("{"):
+            return None
+        facts = json.loads(text)
+        listed = {name: tuple(facts[name]) for name in ("blocks", "direction")}
+        return cls(**facts | listed | {"end": CurveEnd(facts["end"])})
+
+
+#: Load factor, relative to the first one of a curve, that is zero.
+ZERO = 1e-4
+
+
+def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
+    """Displacement at which the load factor of a curve of (displacement, load factor) is zero; NaN if it ends before.
+
+    Interpolated over the last two states.
+    """
+    if not curve or curve[-1][1] > ZERO * abs(curve[0][1]):
+        return np.nan
+    if len(curve) == 1 or curve[-2][1] == curve[-1][1]:
+        return curve[-1][0]
+    (d0, a0), (d1, a1) = curve[-2:]
+    return d1 + a1 * (d1 - d0) / (a0 - a1)
