@@ -269,5 +269,7 @@ class Way(StrEnum):
     WITHOUT_SMALL = "without bodies that move far less"
     OTHER_MOTION = "another motion"
     LOWER_END = "lower end of the range"
+    UNIFORM_TORSION = "torsion of uniform pressure"
+    BIAXIAL = "crushing about both axes"
     WEIGHTS = "displacement of the weights"
     ALONE = "a body that overturns alone"

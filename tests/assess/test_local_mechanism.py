@@ -729,6 +729,17 @@ def test_a_spread_is_checked_by_the_run_as_given():
     assert check.notes == ()
 
 
+@pytest.mark.parametrize("remedy", ["uniform_torsion", "biaxial_crushing"])
+def test_the_effect_of_a_remedy_counts(result, remedy):
+    """A load factor 5 % lower has a ratio 5 % lower; one 0.5 % lower is no effect."""
+    alone = bs.assess.local_mechanism(result, 1.35, SITE).ratio
+    for low in (0.095, 0.0995):
+        remedied = result.changed(outcome=dataclasses.replace(result.outcome, **{remedy: low}))
+        check = bs.assess.local_mechanism(remedied, 1.35, SITE)
+        assert check.ratio == pytest.approx((0.95 if low < 0.099 else 1) * alone, rel=1e-6)
+        assert len(check.verdict.ways) == (2 if low < 0.099 else 1)
+
+
 @pytest.mark.parametrize(("lowest", "satisfied"), [(0.09, True), (0.08, False)])
 def test_the_lower_end_of_a_range_counts(result, lowest, satisfied):
     site = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")

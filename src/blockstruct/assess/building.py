@@ -158,8 +158,9 @@ def building(  # noqa: PLR0913
         force = BodyForce(direction)
         name = f"push {direction if isinstance(direction, str) else tuple(direction)}"
         cases[name] = LimitCase(name, dead, LoadPattern(name, [force]))
+    # The effects of torsion and crushing count where they may decide: in the direction that governs.
+    analysis = AnalysisManager(model, settings=settings, progress=progress, effects=False).run(cases.values())
     manager = AnalysisManager(model, settings=settings, progress=progress)
-    analysis = manager.run(cases.values())
     results = dict(analysis)
 
     def checked(result: CaseResult | Spread) -> LocalMechanismCheck:

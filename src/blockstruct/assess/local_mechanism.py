@@ -35,7 +35,7 @@ from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
-from blockstruct.text import Note, assessment
+from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed
 
 g = STANDARD_GRAVITY
@@ -304,6 +304,12 @@ class _Request:
         if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion))
             notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
+        # The notes of the case state the effect of these remedies on its load factor.
+        remedies = ((Way.UNIFORM_TORSION, found.outcome.uniform_torsion), (Way.BIAXIAL, found.outcome.biaxial_crushing))
+        for way, load_factor in remedies:
+            low = load_factor / found.load_factor
+            if low < 1 - EFFECT and (one := state(low * a0)):
+                ways.append(WayOfChecking(way, low * alpha, e_star, one, motion))
         return ways, notes
 
     def _notes_of_one_body(

@@ -90,6 +90,8 @@ _WAYS = {
     Way.WITHOUT_SMALL: "the collapse mechanism without bodies that move far less",
     Way.OTHER_MOTION: "another motion than the collapse mechanism",
     Way.LOWER_END: "the lower end of the range of the load factor",
+    Way.UNIFORM_TORSION: "joints with the torsion of uniform pressure",
+    Way.BIAXIAL: "crushing about both axes",
     Way.WEIGHTS: "the displacement of the weights",
     Way.ALONE: "a body that overturns alone",
 }

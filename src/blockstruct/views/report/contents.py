@@ -14,7 +14,7 @@ from blockstruct.views.figures import drawings, overview
 from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.notes import Notes
-from blockstruct.views.report.pictures import address, geometry_picture, mechanism_picture
+from blockstruct.views.report.pictures import address, geometry_picture, mechanism_picture, relied_motion
 from blockstruct.views.report.pushovers import beginning_words
 from blockstruct.views.report.summary import relied_on
 from blockstruct.views.report.verification import checked, shared_sections, undemanded, verification
@@ -57,7 +57,7 @@ def contents(
     for name, check in of_case:
         checks_of.setdefault(name, []).append(verification(name, check, notes))
     every = [check for found in checks_of.values() for check in found]
-    drawn = {name: check.governing for name, check in of_case}
+    drawn = {name: relied_motion(check) for name, check in of_case}
     page: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,

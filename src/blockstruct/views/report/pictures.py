@@ -1,6 +1,7 @@
 """Pictures of a report."""
 
 import base64
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,15 @@ def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
         "mechanism", caption, lambda ax: _without_legend(mechanism(result, colour="macro-block", ax=ax)), _MECHANISM
     )
     return {"caption": caption, "address": address(drawing), "bodies": _bodies(result)}
+
+
+def relied_motion(check: bs.assess.LocalMechanismCheck) -> bs.CaseResult:
+    """Return the case with the motion that a check relies on, and with the load factor that activates it."""
+    result = check.governing
+    if not check.alpha0 > 0:
+        return result
+    load_factor = check.verdict.governing.alpha / check.alpha0 * result.load_factor
+    return result.changed(outcome=replace(result.outcome, load_factor=load_factor))
 
 
 def _without_legend(ax: Axes) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.text import NoteCode, report
 from blockstruct.views.report.notes import Notes
-from blockstruct.views.report.pictures import mechanism_picture
+from blockstruct.views.report.pictures import mechanism_picture, relied_motion
 from blockstruct.views.report.pushovers import beginning_words, curve_sentences
 
 Check = bs.assess.LocalMechanismCheck
@@ -75,7 +75,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], has_doubt_note=has_doubt_note),
         "figures": figures,
-        "picture": mechanism_picture(check.governing if check else result),
+        "picture": mechanism_picture(relied_motion(check) if check else result),
         "holds": _holds(result, check),
         "missed": _missed([item for item in checks if item[1] is not check]),
         "notes": list(dict(zip(noted.numbers(texts), texts, strict=True)).items()),
