@@ -126,7 +126,7 @@ def test_a_wall_that_is_no_prism_stays_whole(tmp_path):
     [
         ({"material": {"marble": STONE}}, "no material 'marble'; it has brick, concrete"),
         ({"unit_length": "50 cm"}, "give unit_length and unit_height"),
-        ({"classes": ["IfcWal"]}, "IfcWal"),
+        ({"supports": "IfcWal"}, "IFC4 has no class 'IfcWal'"),
         ({"fixed": "attic"}, "no block 'attic' to fix"),
     ],
 )

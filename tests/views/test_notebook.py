@@ -69,6 +69,11 @@ def test_the_widget_takes_over_what_is_picked(browser, shown, small_analysis, tm
     page.close()
 
 
+def test_an_analysis_shows_itself_in_the_cell(small_analysis, monkeypatch):
+    monkeypatch.setattr("blockstruct.results.analysis.in_notebook", lambda: True)
+    assert small_analysis.view()._repr_html_().startswith("<iframe srcdoc=")
+
+
 def test_the_widget_holds_the_name(shown):
     pytest.importorskip("anywidget")
     assert shown.picked is None

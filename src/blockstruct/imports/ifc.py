@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryFileError, ModelError
+from blockstruct.errors import GeometryFileError, ModelError, UnknownNameError
 from blockstruct.geometry import lofted
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, check_layers, make_blocks
@@ -120,6 +120,12 @@ def ifc_content(
     brick = [positive_length(size, f"{path}: size of a unit") / scale for size in (unit_length, unit_height) if size]
     wanted = {classes} if isinstance(classes, str) else set(classes)
     fixed = {supports} if isinstance(supports, str) else set(supports)
+    for name in sorted(wanted | fixed):
+        try:
+            model.by_type(name)
+        except RuntimeError as error:
+            msg = f"{path}: {model.schema} has no class {name!r}; give one such as IfcWall"
+            raise UnknownNameError(msg) from error
     elements = sorted(model.by_type("IfcElement"), key=lambda e: int(e.id()))
     named = {e: " + ".join(m.Name or "" for m in element_of.get_materials(e)) for e in elements}
     materials = material if isinstance(material, Mapping) else None

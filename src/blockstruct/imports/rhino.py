@@ -140,11 +140,11 @@ def _opened(path: Path) -> Any:
 
 def _objects(file: Any, path: Path) -> Iterator[tuple[Any, str, Any]]:
     """Yield geometry, layer and attributes of all objects; objects of block instances where they are inserted."""
-    names = [layer.FullPath for layer in file.Layers]
+    names = {layer.Index: layer.FullPath for layer in file.Layers}
 
     def expanded(geometry: Any, attributes: Any, depth: int) -> Iterator[tuple[Any, str, Any]]:
         if type(geometry).__name__ != "InstanceReference":
-            yield geometry, names[attributes.LayerIndex] if names else "Default", attributes
+            yield geometry, names.get(attributes.LayerIndex, "Default"), attributes
             return
         if depth == DEPTH:
             msg = f"{path}: block instance {attributes.Id} is {DEPTH} blocks deep; explode it"

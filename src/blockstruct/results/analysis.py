@@ -13,7 +13,7 @@ from typing import Any, Self
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.keywords import made_again
 from blockstruct.model import Case, Model, checked_text
-from blockstruct.notebook import html_table
+from blockstruct.notebook import html_table, in_notebook
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
 from blockstruct.results.parameters import checked_parameters, checked_tags
@@ -122,13 +122,19 @@ class Analysis(Mapping[str, CaseResult]):
         """Load factor, range and bound of every case, without runs of spreads."""
         return {name: result.headline for name, result in self.items() if result.of_case not in self}
 
-    def view(self, path: str | Path | None = None) -> Path:
-        """Write the interactive page of the analysis and return its path.
+    def view(self, path: str | Path | None = None) -> Any:
+        """Show the interactive page of the analysis.
 
         Parameters
         ----------
         path
-            File to write. By default a temporary file, which the browser shows.
+            File to write. By default a notebook shows the page in the cell, and otherwise the browser shows a temporary
+            file.
+
+        Returns
+        -------
+        pathlib.Path or blockstruct.views.page.NotebookPage
+            The file; in a notebook and without a path, the page as the value of a cell.
 
         Raises
         ------
@@ -141,6 +147,8 @@ class Analysis(Mapping[str, CaseResult]):
         page = import_module("blockstruct.views.page")
         if path is not None:
             return Path(page.write_page(self, path))
+        if in_notebook():
+            return page.NotebookPage(self)
         written = Path(page.write_page(self, Path(mkdtemp(prefix="blockstruct-")) / "analysis.html"))
         webbrowser.open(written.as_uri())
         return written
