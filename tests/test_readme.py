@@ -54,6 +54,13 @@ def test_the_readme_is_carried_out_in_order(clone, call):
     names = {}
     carry_out(README, call, names)
     assert names["result"].status == "converged"
+    # The demo, the gallery and the guide show the same wall.
+    assert call("demo", "-q", "-o", "runs/demo.h5")[0] == 0
+    wall = names["model"].hash
+    assert bs.open_analysis("runs/demo.h5").model.hash == wall
+    for page in ("gallery/wall.md", "guide/analysis.md"):
+        carry_out(ROOT / "docs" / page, call, names)
+        assert names["model"].hash == wall
     assert (clone / "runs" / "wall.h5").is_file()
 
 
