@@ -1,5 +1,6 @@
 """Draws every picture of the README and of docs/gallery.md: ``make pictures``."""
 
+import re
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -114,8 +116,19 @@ def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (6.2,
     print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
 
 
+def thumbnails() -> None:
+    """Run the pages of the gallery and draw the last figure of each, small."""
+    for page in sorted((HERE / "gallery").glob("*.md")):
+        cells = re.findall(r"```{code-cell} ipython3\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+        exec(compile("\n".join(cells), page.name, "exec"), {})
+        plt.gcf().set_size_inches(3.2, 2.4)
+        plt.gcf().savefig(HERE / "pictures" / f"gallery-{page.stem}.png", dpi=90, pil_kwargs={"optimize": True})
+        plt.close("all")
+
+
 def main() -> None:
     mpl.use("Agg")
+    thumbnails()
     (HERE / "pictures").mkdir(exist_ok=True)
     for name, build in (
         ("wall", wall_with_opening),

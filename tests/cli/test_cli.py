@@ -42,7 +42,7 @@ def test_demo(call, tmp_path):
     assert code == 0
     # Without a terminal, progress is a line per iteration.
     assert not re.search(r"^ *# ", out, re.MULTILINE)
-    assert "39 blocks, 86 interfaces" in out
+    assert "25 blocks, 52 interfaces" in out
     target = tmp_path / "demo.h5"
     assert f"next: blockstruct view {target}, blockstruct report {target}, or" in out
     _, table, _ = call("history", target, "push +x, nonassociative")

@@ -1,6 +1,6 @@
 """Check of a local mechanism, and its printed calculation."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from blockstruct.assess.spectrum import Spectrum
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock, with_motion
-from blockstruct.text import Note, direction_text, in_g, shown
+from blockstruct.text import SMALL, Note, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way
 
 g = STANDARD_GRAVITY
@@ -159,6 +159,8 @@ class LocalMechanismCheck:
             "" if abs(self.alpha0 - r.load_factor) < 1e-12 else f" ({shown(r.load_factor)} · share of the BodyForce)"
         )
         flow = f"{r.case.flow} flow"
+        least = SMALL * sum(W for _, W, _ in whole.each)
+        large, small = ([each for each in whole.each if (each[1] >= least) is is_large] for is_large in (True, False))
         found = [
             section(
                 "Mechanism",
@@ -167,7 +169,8 @@ class LocalMechanismCheck:
                     f"α0 = {shown(self.alpha0)}{share}, push along ({push}), {flow}",
                     "C8.7.1.2.1.1",
                 ),
-                [Line(f"{name}, blocks: {len(by_name[name].blocks)}", self._body(W, d)) for name, W, d in whole.each],
+                [Line(f"{name}, blocks: {len(by_name[name].blocks)}", self._body(W, d)) for name, W, d in large],
+                [self._smaller(small)] if small else [],
                 [
                     Line(f"{name} hardly moves along the push", f"{self._body(W, d)}, and takes no part in the sums")
                     for name, W, d in (whole.left_out.each if whole.left_out else [])
@@ -235,6 +238,13 @@ class LocalMechanismCheck:
     @staticmethod
     def _body(weight: float, displacement: float) -> str:
         return f"P + Q = {shown(weight / 1e3, 'kN')}, δ = {shown(round(displacement, 9) + 0.0)}"
+
+    @staticmethod
+    def _smaller(each: Sequence[tuple[str, float, float]]) -> Line:
+        """Return one line for the bodies below two percent of the weight."""
+        _, weights, delta = zip(*each, strict=True)
+        text = f"P + Q = {shown(sum(weights) / 1e3, 'kN')}, δ from {shown(min(delta))} to {shown(max(delta))}"
+        return Line(smaller_bodies(len(each)), text)
 
     def __str__(self) -> str:
         head = [

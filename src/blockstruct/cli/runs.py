@@ -42,10 +42,10 @@ def demo(
     out.quiet = quiet or as_json
     tuff = bs.Material("tuff", unit_weight="12 kN/m^3")
     lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
-    solid, half = [1.0, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
-    jamb, toothed = [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1]
-    rows = [solid, half, solid, jamb, toothed, jamb, solid, half, solid]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.3 m", material=tuff)
+    half, jamb = [0.5, 1, 1, 1, 0.5], [0.5, 1, -1, 1, 0.5]
+    # The wall of the README.
+    rows: list[list[float]] = [[1, 1, 1, 1], half, [1, 1, -1, 1], jamb, [1, 2, 1], half]
+    blocks = bs.courses(rows, unit_length="40 cm", unit_height="17.5 cm", depth="30 cm", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=lime)
     model = bs.Model("wall with an opening", blocks, found)
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])

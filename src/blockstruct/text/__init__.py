@@ -25,6 +25,7 @@ from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_not
 from blockstruct.text.mechanism import (
     LISTED,
     NO_COLLAPSE_STATE,
+    SMALL,
     STEPS_OF_PATH,
     STEPS_OF_PROGRAMS,
     body_sentence,
@@ -88,6 +89,7 @@ __all__ = [
     "why",
     # mechanisms
     "LISTED",
+    "SMALL",
     "NO_COLLAPSE_STATE",
     "STEPS_OF_PATH",
     "STEPS_OF_PROGRAMS",

@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 
 #: Names or bodies that a text lists before it counts the rest.
 LISTED = 5
+#: Share of the moving weight below which bodies are summed in one line.
+SMALL = 0.02
 #: Translation of a centroid, relative to the speed of its body, below which it counts as at rest.
 _STAYS = 1e-3
 #: Coordinate of an axis, relative to its distance from the centroid, below which it is solver noise.

@@ -15,6 +15,11 @@ def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str
     return list(dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results))))
 
 
+def below_loads(masses: Sequence[str]) -> Sequence[str]:
+    """Return the sentences on masses that the assumptions leave to the loads."""
+    return masses if len(masses) > _FEW else ()
+
+
 def assumptions(
     model: bs.Model, results: Sequence[bs.CaseResult], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
 ) -> list[str]:

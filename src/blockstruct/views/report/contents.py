@@ -11,7 +11,7 @@ import blockstruct as bs
 from blockstruct.text import report
 from blockstruct.units import readable
 from blockstruct.views.figures import drawings, overview
-from blockstruct.views.report.assumptions import assumptions, pushed_masses
+from blockstruct.views.report.assumptions import assumptions, below_loads, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.notes import Notes
 from blockstruct.views.report.pictures import address, geometry_picture, mechanism_picture, relied_motion
@@ -86,7 +86,7 @@ def contents(
         "geometry": geometry_picture(model),
         "cases": [_case(r, notes, checks_of.get(r.name, []), drawn.get(r.name, r)) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, [check for _, check in of_case]),
-        "masses": pushed_masses(model, results),
+        "masses": below_loads(pushed_masses(model, results)),
         "settings": list(results[0].settings.flat.items()),
         "versions": dict(analysis.versions),
     }

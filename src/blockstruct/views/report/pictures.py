@@ -18,8 +18,6 @@ from blockstruct.views.style import BODY_COLOURS
 
 #: Width and height, inches: the mechanism of a direction is 9 cm high or more, with its legend next to it.
 _MECHANISM, _GEOMETRY, _DIAGRAM = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9)
-#: Share of the weight of all moving bodies below which a body is summed with others.
-SMALL = 0.02
 
 
 def address(drawing: Drawing) -> str:
@@ -60,7 +58,7 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
     """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
     moving = moving_bodies(result, -1)[1]
     whole = sum(body.total for body in moving)
-    large = [body for body in moving if body.total >= SMALL * whole]
+    large = [body for body in moving if body.total >= text.SMALL * whole]
     rows = [
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
