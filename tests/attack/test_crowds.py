@@ -16,6 +16,8 @@ from processes import FRESH
 from trials import outcome
 
 SUPPORT = Path(killed_runs.__file__).parent
+#: Seconds that one look at a file may take, however busy the machine is.
+LONGEST = 60
 
 
 def rewrite(path, times, start):
@@ -44,7 +46,7 @@ def test_readers_beside_writers(tmp_path, tell, times):
         assert table.loc["sideways", "load_factor"] == whole["sideways"].load_factor
 
     while any(writer.is_alive() for writer in writers):
-        how, said = outcome(read)
+        how, said = outcome(read, LONGEST)
         if how != "answered":
             print(said)
         outcomes.append({"answered": "identical", "refused": "wrong"}.get(how, how))

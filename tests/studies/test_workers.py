@@ -18,6 +18,7 @@ import pytest
 import blockstruct as bs
 import studied
 from blockstruct import Q_
+from blockstruct.storage.run_folder import WriterLock
 
 SUPPORT = Path(studied.__file__).parent
 MU = {"friction_coefficient": [0.3, 0.4, 0.45, 0.6]}
@@ -120,6 +121,18 @@ def test_failures_on_a_cluster_are_rows(cluster, tmp_path):
     with pytest.warns(bs.errors.StudyWarning, match="ValueError: no such stone"):
         data = bs.study(studied.failing, MU, tmp_path, cluster=cluster)
     assert np.isnan(load_factors(data)).tolist() == [False, True, False, False]
+
+
+def test_a_run_that_another_writes_is_elsewhere_on_a_cluster(cluster, tmp_path):
+    """The file of one run is being written when its worker has ended."""
+    values = {"friction_coefficient": [0.3, 0.4]}
+    path = tmp_path / str(bs.study(studied.block, values, tmp_path, cluster=cluster).path.to_numpy().ravel()[1])
+    path.unlink()
+    with WriterLock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 2 runs"):
+        data = bs.study(studied.block, values, tmp_path, cluster=cluster)
+    assert data.elsewhere.to_numpy().tolist() == [False, True]
+    assert not path.exists()
+    assert load_factors(bs.study(studied.block, values, tmp_path, cluster=cluster)) == pytest.approx([0.3, 0.4])
 
 
 @pytest.mark.slow

@@ -55,6 +55,7 @@ def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = 
             "block": _typed("compas_assembly.datastructures/Block", _mesh(block), ["compas.datastructures/Mesh"]),
             "name": block.name,
             "is_support": block.fixed,
+            "held": list(block.held),
             "displacement": moves[k].tolist(),
         }
         for k, block in enumerate(model.blocks)

@@ -106,6 +106,7 @@ def _blocks(result: bs.CaseResult) -> pd.DataFrame:
     columns = {
         "material": [b.material.name for b in blocks],
         "fixed": [b.fixed for b in blocks],
+        "held": [", ".join(b.held) for b in blocks],
         "volume [meter ** 3]": [b.volume for b in blocks],
         "weight [newton]": [b.weight for b in blocks],
     }
