@@ -95,7 +95,7 @@ def test_interruption_between_programs_keeps_finished_cases(small_model, small_c
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
-@pytest.mark.parametrize("weights", [(0.00002, 20), (20, 0.0002, 20)], ids=["under dead load", "pushed"])
+@pytest.mark.parametrize("weights", [(0.00002, 20), (20, 0.00002, 20)], ids=["under dead load", "pushed"])
 def test_a_light_plate_between_heavy_blocks_is_told_and_one_without_weight_is_solved(weights):
     """Blocks of 1.0, 1.2 and 1.4 m by 1 m on each other turn over about the foot of the lowest, 0.5 m aside.
 
@@ -113,7 +113,7 @@ def test_a_light_plate_between_heavy_blocks_is_told_and_one_without_weight_is_so
 
     light = pushed(weights)
     assert light.status is bs.Status.NOT_CONVERGED
-    assert light.outcome.load_ratio == pytest.approx(1.2e6 if len(weights) == 2 else 1.2e5, rel=0.05)
+    assert light.outcome.load_ratio == pytest.approx(1.2e6, rel=0.05)
     assert "no weight" in light.message
     by_hand = 1 / 3 if len(weights) == 2 else 0.3
     assert pushed([w if w > 1 else 0.0 for w in weights]).load_factor == pytest.approx(by_hand, rel=1e-6)

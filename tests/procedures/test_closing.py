@@ -8,6 +8,7 @@ from blockstruct.limit import LimitProblem
 from blockstruct.procedures import closing, solve_limit_case
 from blockstruct.procedures.carried_forces import Aim, corrected_forces
 from blockstruct.procedures.loading_path import ATTEMPTS
+from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -120,6 +121,22 @@ def test_a_gap_that_is_not_small_is_closed_again_from_its_own_forces(tuff, monke
     assert again == pytest.approx(load_factor, rel=2e-3)
 
 
+def test_a_settled_step_with_a_large_gap_is_followed_by_a_careful_one(tuff, monkeypatch):
+    def found(inexact):
+        monkeypatch.setattr("blockstruct.procedures.loading_path.INEXACT", inexact)
+        load_factor, iterations, _ = ended(wall(tuff), push(1, 0, 0))
+        stages = [i.stage for i in iterations]
+        return load_factor, stages.index("nonassociative"), stages.count("admissible")
+
+    at_once, after_one_more = found(1.0), found(0.0)
+    assert after_one_more[1:] == (at_once[1] + 1, 1)
+    assert after_one_more[0] == pytest.approx(at_once[0], rel=2e-3)
+    # A path that ends before the careful step is closed all the same.
+    advance = SplittingPath.advance
+    monkeypatch.setattr(SplittingPath, "advance", lambda path, bound: None if path._least else advance(path, bound))
+    assert found(0.0) == at_once
+
+
 def test_a_path_that_is_never_closed_exactly_ends_with_the_best_state(tuff, monkeypatch):
     load_factor, _, _ = ended(wall(tuff), push(1, 0, 0))
     monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 1e-14)
@@ -133,11 +150,12 @@ def test_a_path_that_is_never_closed_exactly_ends_with_the_best_state(tuff, monk
     assert again == pytest.approx(load_factor, rel=2e-3)
 
 
-def test_a_dead_load_that_is_nearly_solved_is_proven_without_a_program():
+def test_a_dead_load_that_is_nearly_solved_is_proven_without_a_program(monkeypatch):
     """In an arch the state under dead load is found to three digits, and carried to the eighth.
 
     One program is the associative bound. The other one presses the joints least, because an arch needs friction.
     """
+    monkeypatch.setattr("blockstruct.procedures.splitting_path.TOLERANCE", 1e-4)
     stone = bs.Material("limestone", unit_weight="25 kN/m^3")
     blocks = bs.arch(span="4 m", thickness="60 cm", depth="1 m", voussoirs=11, material=stone)
     _, iterations, programs = ended(model_of(blocks, bs.JointMaterial("dry", 0.6)), push(1, 0, 0))

@@ -229,7 +229,8 @@ def certify(  # noqa: PLR0913
     cell = np.isfinite(problem.compression)
     most = np.where(opening[cell] > 0, problem.tension[cell], -problem.compression[cell]) * opening[cell]
     at_cells = most + n[cell] * opening[cell]
-    rates = -opening[corners]
+    # In one half of a structure, two corners of a rectangle may share a contact point and the motion there.
+    rates = -(opening / np.maximum(np.bincount(corners.ravel(), minlength=len(n)), 1))[corners]
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (beyond_tension * rates).sum(
         axis=1
     )

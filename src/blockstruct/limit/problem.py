@@ -68,6 +68,8 @@ class LimitProblem:
         Columns of A of the unlimited shear forces, three for each joint that never slides. These three resist every
         in-plane motion of the joint. The other shear forces of such a joint are redundant. They stay limited because a
         solver fails on redundant forces without limits.
+    statics : Statics or None
+        Geometry of the model; None if the problem is a part of it.
     """
 
     A: sp.csc_array
@@ -90,6 +92,7 @@ class LimitProblem:
     settlement: Settlement | None = None
     load_unit: float = 1.0
     free_shear: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    statics: Statics | None = None
 
     @classmethod
     def of(cls, statics: Statics, case: Case) -> Self:
@@ -158,6 +161,7 @@ class LimitProblem:
             ties=ties,
             torsion=UniformTorsion.of(points),
             free_shear=_free_shear(points),
+            statics=statics,
         )
         if isinstance(case, SettlementCase):
             return problem.releasing(Settlement.of(statics, case, wrench_unit))
@@ -290,6 +294,7 @@ class LimitProblem:
             ties=self.ties.part(rows, ties),
             torsion=replace(torsion, point=number[torsion.point]),
             free_shear=column[self.free_shear[kept[self.free_shear]]],
+            statics=None,
         )
 
     def released(self, u: Array) -> Array:

@@ -207,7 +207,9 @@ class ConicProgram:
         h[self._limit_row] = 1.0 if max_load_factor is None else max_load_factor * self.unit
         if self.is_linearised:
             slope, offset = (linearisation or Linearisation.first(self.problem)).lines(self.problem.capacity)
-            G[self._tangent_entries] = slope.reshape(-1, 1)
+            # Two corners of a rectangle may have the same contact point, in one half of a structure.
+            G[self._tangent_entries] = 0.0
+            np.add.at(G, self._tangent_entries, slope.reshape(-1, 1))
             # N includes the tensile strength of the corners.
             pulled = self.problem.tension[self.problem.rectangles].sum(axis=1)
             h[self._tangent_rows] = (offset - slope * pulled[:, None]).ravel()

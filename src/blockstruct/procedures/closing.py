@@ -124,7 +124,7 @@ def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: Proc
     mu = np.maximum(problem.friction[pressed], LEAST_FRICTION)
     n = np.maximum(near[pressed, 0], PRESSED * near[:, 0].mean())
     x = within(np.column_stack([n, near[pressed, 1:]]), mu, HELD)
-    x[slides, 1:] = -((1 - SLIDING) * mu * n / slip)[slides, None] * v[slides, 1:]
+    x[slides, 1:] = -((1 - SLIDING) * mu * n)[slides, None] * v[slides, 1:] / slip[slides, None]
     found = corrected_forces(
         problem.A[:, np.repeat(pressed, 3)],
         mu,

@@ -19,6 +19,9 @@ from blockstruct.vocabulary import PathEnd, Procedure
 
 #: Most attempts at a closed state.
 ATTEMPTS = 8
+#: Flow-rule gap of a settled step, relative to the load factor, above which the next step is solved with care before
+#: the path is closed. Measured on 820 and 2,430 blocks: the closed load factor is low by half of this gap.
+INEXACT = 3e-3
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
@@ -97,13 +100,9 @@ def _followed(
     best: Found | None = None
     closed, exact, attempts = last, False, 0
     while not exact and attempts < ATTEMPTS:
-        step = path.advance(bound)
-        if step is None:
+        last, settled = yield from _until_settled(path, last, bound, careful=attempts > 0)
+        if not settled:
             break
-        yield step
-        last = step
-        if not path.has_settled(last):
-            continue
         near, missed, again = path.forces(last), np.inf, True
         while again and attempts < ATTEMPTS:
             closed = yield from close_path(path, near, settings, solver)
@@ -129,6 +128,26 @@ def _followed(
     if path.end is PathEnd.LIMIT_REACHED:
         return path.end, Found(last, Procedure.LOADING_PATH, settled=False, drift=path.drift)
     return path.end, None
+
+
+def _until_settled(
+    path: Path, last: Iteration, bound: float, *, careful: bool
+) -> Generator[Iteration, None, tuple[Iteration, bool]]:
+    """Follow a path until its load factor has settled.
+
+    If a settled step is not exact, one more step is solved with care, unless all steps are. Return the last step, and
+    whether it has settled.
+    """
+    settled = False
+    while (step := path.advance(bound)) is not None:
+        yield step
+        last, settled = step, path.has_settled(step)
+        if settled and (careful or path.gap(step) <= INEXACT):
+            break
+        if settled:
+            careful = True
+            path.refine()
+    return last, settled
 
 
 def _found(path: Path, closed: Iteration) -> Found:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
 from blockstruct.limit.iteration import Found, Iteration, Outcome, Steps, given_up
+from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -59,14 +60,16 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator, in multiples of the variable load of the case.
     """
-    steps = _limited(problem, flow, settings, solver)
+    is_exact = flow is Flow.ASSOCIATIVE or settings.procedure == "loading path"
+    mirror = Mirror.of(problem) if is_exact else None
+    steps = _limited(problem if mirror is None else mirror.half, flow, settings, solver)
     while True:
         try:
             step = next(steps)
         except StopIteration as stop:
             outcome: Outcome = stop.value
-            return outcome.of_case(problem)
-        yield step.of_case(problem)
+            return (outcome if mirror is None else mirror.outcome(outcome)).of_case(problem)
+        yield (step if mirror is None else mirror.iteration(step)).of_case(problem)
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:

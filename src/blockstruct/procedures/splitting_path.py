@@ -42,7 +42,7 @@ class SplittingPath(Path):
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         super().__init__(program, settings, divided)
         self._splitting = Splitting(self.contact)
-        self._step, self._balance = 0.0, 1.0
+        self._step, self._balance, self._least = 0.0, 1.0, 0.0
         biaxial = settings.crushing_interaction == "biaxial" and len(self._problem.rectangles) > 0
         self._usual = self._care = CARE if biaxial else 1
         self._spent = 0
@@ -72,7 +72,7 @@ class SplittingPath(Path):
             found = self._splitting.solve(
                 self._memory(self._state, s),
                 self._splitting.predicted(self._state, length / self._step if self._step else 0.0),
-                penalty=self._balance * PENALTY * length,
+                penalty=max(self._balance, self._least) * PENALTY * length,
                 tolerance=TOLERANCE / self._care,
                 patience=PATIENCE * self._care,
             )
@@ -93,7 +93,7 @@ class SplittingPath(Path):
 
     def refine(self) -> None:
         """Solve later steps more exactly."""
-        self._care = CARE * self._usual
+        self._care, self._least = CARE * self._usual, 1.0
 
     def forces(self, last: Iteration) -> Array:
         """Return forces at the end of the path.

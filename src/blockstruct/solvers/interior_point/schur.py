@@ -43,8 +43,9 @@ class SchurComplement:
             places.append((np.repeat(unknowns, many, axis=1).ravel(), np.tile(unknowns, (1, many)).ravel()))
         rows, columns = (np.concatenate(part) for part in zip(*places, strict=True))
         n = self._size = A.shape[0]
-        # Supports use the index after the last block.
-        self._kept = (rows < n) & (columns < n)
+        # Supports use the index after the last block. Idle rows are coupled to no other.
+        outside = np.append(idle, np.ones(6 * n_blocks + 6 - n, dtype=bool))
+        self._kept = ~(outside[rows] | outside[columns]) | ((rows == columns) & (rows < n))
         rows, columns = rows[self._kept], columns[self._kept]
         pattern = sp.csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
         found = sp.linalg.splu(

@@ -1,0 +1,240 @@
+"""Halve a problem that is its own mirror image.
+
+A wall pushed in its plane, or a dome pushed horizontally, has a plane of symmetry. Average a collapse state with its
+mirror image, and the result is a collapse state of the same load factor. So half of the unknowns are enough.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.friction import Sliding
+from blockstruct.limit.iteration import Iteration, Outcome, given_up
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.ties import Ties
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Relative difference up to which the problem and its mirror image are equal. Above rounding of coordinates.
+SAME = 1e-9
+#: Incommensurable weights of the components of a key. Two different places practically never have equal keys.
+_WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Mirror:
+    """A problem of half a structure, and the way back to the whole.
+
+    The forces of the whole are ``x = S x̂``, its velocities ``u = T û``. One contact point, or one block, stands for
+    two where its mirror image is another one, and its unit of force is twice as large. So equilibrium ``Tᵀ A S``,
+    loads ``Tᵀ w`` and strengths have the same form, work is unchanged, and ``v̂ = Sᵀ Aᵀ T û``. A block that is its own
+    image keeps three of six motions. The rows of the others are empty.
+
+    Attributes
+    ----------
+    whole, half : LimitProblem
+    S : (3 K, 3 K̂) sparse array
+    T : (6 F, 6 F̂) sparse array
+    point, block, rectangle : (K,), (F,), (R,) arrays
+        Index in the half of each contact point, free block and crushing rectangle. A rectangle that is its own image
+        has the same two or three contact points at its four corners.
+    """
+
+    whole: LimitProblem
+    half: LimitProblem
+    S: sp.csr_array
+    T: sp.csr_array
+    point: Index
+    block: Index
+    rectangle: Index
+
+    @classmethod
+    def of(cls, problem: LimitProblem) -> Self | None:
+        """Return the mirror of a problem; None if the problem is not its own mirror image.
+
+        Problems with ties, a settlement, uniform torsion, joints that never slide, or motions that a support holds, are
+        not reduced.
+        """
+        more = len(problem.ties) or len(problem.torsion) or problem.never_slides.any() or problem.settlement is not None
+        if problem.statics is None or more or problem.statics.held.any():
+            return None
+        for normal in _normals(problem):
+            found = cls._about(problem, normal)
+            if found is not None:
+                return found
+        return None
+
+    @classmethod
+    def _about(cls, problem: LimitProblem, normal: Array) -> Self | None:
+        """Return the mirror about a plane through the middle of the blocks."""
+        statics = problem.statics
+        assert statics is not None
+        points, F = statics.points, problem.n_blocks
+        centroid = np.array([statics.model.blocks[i].centroid for i in statics.free]) / statics.length
+        position = points.position / statics.length
+        M, middle = np.eye(3) - 2 * np.outer(normal, normal), centroid.mean(axis=0)
+        block = _mates(centroid - middle, (centroid - middle) @ M)
+        # Rotations are axial vectors.
+        turned = _permuted(block, np.tile(np.kron(np.diag([1.0, -1.0]), M), (F, 1, 1)))
+        loads = np.column_stack([problem.w_D, problem.w_L])
+        differ = np.abs(turned @ loads - loads).max() > SAME * np.abs(loads).max()
+        if differ or not _alike(problem.wrench_unit, block):
+            return None
+
+        # All supports together are one block, which is its own image.
+        number = np.full(len(statics.model.blocks), F)
+        number[statics.free] = np.arange(F)
+        minus, plus = number[points.minus], number[points.plus]
+        frame, of_image = points.frame[points.interface], np.append(block, F)
+        before = _keys(position - middle, minus, plus, frame[:, 0])
+        after = _keys((position - middle) @ M, of_image[minus], of_image[plus], frame[:, 0] @ M)
+        point = _mates(before, after)
+        axes = np.einsum("kij,jl,kml->kim", frame[point], M, frame)
+        # The normal points the other way if plus and minus change places.
+        axes *= np.sign(axes[:, 0, 0])[:, None, None]
+        axes[np.abs(axes) < SAME] = 0.0
+        reflected = _permuted(point, axes)
+        numbers = (problem.friction, problem.dilatancy, problem.cohesion, problem.tension, problem.compression)
+        equal = all(_alike(values, point) for values in (*numbers, *problem.compliance.T, problem.force_unit))
+        equal &= bool((point[point] == np.arange(len(point))).all())
+        if not equal or np.abs(turned @ problem.A - problem.A @ reflected).max() > SAME:
+            return None
+        mirror = cls._halved(problem, (block, turned, normal), (point, reflected))
+        capacity = mirror.half.capacity[mirror.rectangle]
+        return mirror if np.allclose(capacity, problem.capacity, rtol=SAME, atol=0.0) else None
+
+    @classmethod
+    def _halved(
+        cls, whole: LimitProblem, blocks: tuple[Index, sp.csr_array, Array], points: tuple[Index, sp.csr_array]
+    ) -> Self:
+        """Return the mirror from the images of blocks and points.
+
+        ``blocks`` are the images of the blocks, the mirror image of wrenches, and the normal of the plane. ``points``
+        are the images of the contact points, and the mirror image of forces.
+        """
+        (block, turned, normal), (point, reflected) = blocks, points
+        some_block, is_single = block >= np.arange(len(block)), block == np.arange(len(block))
+        some_point = point >= np.arange(len(point))
+        # The axes of a block that is its own image are normal to the plane and in it.
+        in_plane = np.linalg.svd(normal[None])[2].T
+        axes = np.where(is_single[:, None, None], np.kron(np.eye(2), in_plane), np.eye(6))
+        T = (turned + sp.eye_array(len(whole.w_D))) @ _permuted(np.arange(len(block)), axes / 2)
+        of_points = (1.0 + (point != np.arange(len(point))))[some_point]
+        S = (reflected + sp.eye_array(3 * len(point)))[:, np.repeat(some_point, 3)]
+        S = S @ sp.diags_array(np.repeat(of_points / 2, 3))
+        S, T = _without_rounding(S), _without_rounding(T[:, np.repeat(some_block, 6)])
+        of_point, of_block = (
+            (np.cumsum(some) - 1)[np.minimum(np.arange(len(image)), image)]
+            for some, image in ((some_point, point), (some_block, block))
+        )
+        corners = of_point[whole.rectangles]
+        _, some_rectangle, of_rectangle = np.unique(np.sort(corners), axis=0, return_index=True, return_inverse=True)
+        half = replace(
+            whole,
+            A=sp.csc_array(_without_rounding(T.T @ whole.A @ S)),
+            w_D=T.T @ whole.w_D,
+            w_L=T.T @ whole.w_L,
+            friction=whole.friction[some_point],
+            dilatancy=whole.dilatancy[some_point],
+            cohesion=whole.cohesion[some_point],
+            tension=whole.tension[some_point],
+            compression=whole.compression[some_point],
+            compliance=whole.compliance[some_point] * of_points[:, None],
+            rectangles=corners[some_rectangle],
+            capacity=whole.capacity[some_rectangle],
+            wrench_unit=whole.wrench_unit[some_block] * (2.0 - is_single[some_block]),
+            force_unit=whole.force_unit[some_point] * of_points,
+            ties=Ties.none(T.shape[1]),
+            statics=None,
+        )
+        return cls(whole, half, S, T, of_point, of_block, of_rectangle.ravel())
+
+    def iteration(self, of_half: Iteration) -> Iteration:
+        """Return an iteration of the whole, with its own certificate."""
+        whole = self.whole
+        x, u = (self.S @ of_half.x.ravel()).reshape(-1, 3), self.T @ of_half.u
+        certificate, at = of_half.certificate, of_half.linearised_at
+        if not of_half.stage.is_of_dead_load:
+            # An unbounded load factor has no certificate.
+            alpha = of_half.load_factor if np.isfinite(of_half.load_factor) else np.nan
+            certificate = certify(whole, x, u, alpha, certificate.settings)
+        return replace(
+            of_half,
+            x=x,
+            u=u,
+            v=(whole.A.T @ u).reshape(-1, 3),
+            linearised_at=None if at is None else at[self.rectangle],
+            sliding=Sliding(of_half.sliding.bound[self.point], of_half.sliding.slope[self.point]),
+            certificate=certificate,
+        )
+
+    def outcome(self, of_half: Outcome) -> Outcome:
+        """Return the outcome of the whole, whose blocks have other indices and units."""
+        hung, jammed = (
+            tuple(np.flatnonzero(np.isin(self.block, blocks)).tolist()) for blocks in (of_half.hung, of_half.jammed)
+        )
+        is_apart = np.isfinite(of_half.load_ratio)
+        ratio = given_up(self.whole, of_half.reason).load_ratio if is_apart else np.nan
+        return replace(of_half, hung=hung, jammed=jammed, load_ratio=ratio)
+
+
+def _normals(problem: LimitProblem) -> list[Array]:
+    """Return the normals of planes that may be planes of symmetry.
+
+    A plane of symmetry contains the resultants of both loads. If they are parallel, it is a principal plane.
+    """
+    dead, variable = (
+        (w.reshape(-1, 6)[:, :3] * problem.wrench_unit[:, None]).sum(axis=0) for w in (problem.w_D, problem.w_L)
+    )
+    across, size = np.cross(dead, variable), np.linalg.norm(dead) * np.linalg.norm(variable)
+    if np.linalg.norm(across) > SAME * size:
+        candidates = [across / np.linalg.norm(across)]
+    else:
+        assert problem.statics is not None
+        candidates = list(np.linalg.svd(np.cov(problem.statics.points.position.T))[2])
+    # Without rounding, a plane along the axes adds no entries to the equilibrium matrix.
+    return [np.where(np.abs(n) < SAME, 0.0, n) for n in candidates]
+
+
+def _mates(before: Array, after: Array) -> Index:
+    """Return the index of the mirror image of each place.
+
+    ``before`` (N, c) are the keys of the places, ``after`` those of their mirror images. Without a mirror image the
+    index is any.
+    """
+    weights = _WEIGHTS[: before.shape[1]]
+    mates = np.empty(len(before), dtype=np.int64)
+    mates[np.argsort(after @ weights)] = np.argsort(before @ weights)
+    return mates
+
+
+def _keys(position: Array, minus: Index, plus: Index, normal: Array) -> Array:
+    """Return the keys of contact points: position, both blocks, and the normal from the first to the second block."""
+    first, second = np.minimum(minus, plus), np.maximum(minus, plus)
+    return np.column_stack([position, first, second, np.where(minus < plus, 1.0, -1.0)[:, None] * normal])
+
+
+def _permuted(place: Index, blocks: Array) -> sp.csr_array:
+    """Return the matrix with small blocks (N, r, r) in the columns of each item and the rows of its place."""
+    r = blocks.shape[1]
+    rows, columns = (r * i[:, None, None] + np.arange(r) for i in (place, np.arange(len(place))))
+    rows, columns, values = np.broadcast_arrays(rows.transpose(0, 2, 1), columns, blocks)
+    return sp.csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=(r * len(place),) * 2)
+
+
+def _without_rounding(matrix: sp.csr_array) -> sp.csr_array:
+    """Return the matrix without entries that are rounding."""
+    matrix = sp.csr_array(matrix)
+    matrix.data[np.abs(matrix.data) < SAME] = 0.0
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def _alike(values: Array, image: Index) -> bool:
+    """Return whether values equal those at the mirror images."""
+    return bool(np.allclose(values[image], values, rtol=SAME, atol=0.0, equal_nan=True))

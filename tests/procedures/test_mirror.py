@@ -1,0 +1,120 @@
+"""Structures that are their own mirror image are solved by half of their unknowns, with the same results."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.limit import LimitProblem, Outcome
+from blockstruct.limit.mirror import Mirror
+from blockstruct.statics import Statics
+from structures import SELF_WEIGHT, box, model_of, moved, push, rotation, solve
+
+DRY = bs.JointMaterial("dry", 0.65)
+
+
+@pytest.fixture(scope="module")
+def wall(tuff):
+    rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 2
+    return bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+
+
+@pytest.fixture(scope="module")
+def dome():
+    stone = bs.Material("limestone", unit_weight="22 kN/m^3")
+    return bs.dome(span="8 m", thickness="60 cm", courses=3, units=6, oculus="1.6 m", material=stone)
+
+
+def problem_of(model, variable, dead=SELF_WEIGHT):
+    return LimitProblem.of(Statics.of(model), bs.LimitCase("case", dead, variable, "nonassociative"))
+
+
+def without_reduction(monkeypatch):
+    monkeypatch.setattr(Mirror, "of", classmethod(lambda *_: None))
+
+
+WEAK = bs.JointMaterial("weak", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa", compressive_strength="60 kPa")
+
+
+@pytest.mark.parametrize(
+    ("name", "joint", "settings"),
+    [("wall", DRY, {}), ("dome", DRY, {}), ("wall", WEAK, {}), ("wall", WEAK, {"crushing": "linearised"})],
+    ids=["wall", "dome", "weak", "linearised"],
+)
+def test_same_load_factor_certified_for_the_whole(name, joint, settings, request, monkeypatch):
+    model = model_of(request.getfixturevalue(name), joint)
+    settings = {"path_growth": 1.5, **settings}
+    results = [solve(model, push(1, 0, 0), flow, **settings) for flow in ("associative", "nonassociative")]
+    without_reduction(monkeypatch)
+    for result, tolerance in zip(results, (1e-7, 1e-3), strict=True):
+        whole = solve(model, push(1, 0, 0), result.case.flow, **settings)
+        assert result.load_factor == pytest.approx(whole.load_factor, rel=tolerance)
+        assert result.settled == whole.settled
+        assert result.certificate.holds
+        assert result.history.sizes["contact_point"] == whole.history.sizes["contact_point"]
+
+
+def test_half_of_the_unknowns_and_the_same_work(wall, dome):
+    random = np.random.default_rng(1)
+    for blocks, moves in ((wall, 3), (dome, 6)):
+        problem = problem_of(model_of(blocks, DRY), push(1, 0, 0))
+        mirror = Mirror.of(problem)
+        half = mirror.half
+        is_single = np.bincount(mirror.point) == 1
+        assert 2 * half.n_points == problem.n_points + is_single.sum()
+        rows = np.diff(half.A.tocsr().indptr) > 0
+        assert rows.sum() * 2 == len(problem.w_D)
+        assert rows.reshape(-1, 6).sum(axis=1).max() == moves
+        x, u = random.normal(size=half.A.shape[1]), random.normal(size=half.A.shape[0])
+        assert u @ half.A @ x == pytest.approx(mirror.T @ u @ problem.A @ mirror.S @ x, rel=1e-9)
+        assert half.w_D @ u == pytest.approx(problem.w_D @ mirror.T @ u, rel=1e-9)
+        # The forces and the speeds of a contact point are those of the whole, its work is that of two.
+        v, of_whole = (half.A.T @ u).reshape(-1, 3), (problem.A.T @ mirror.T @ u).reshape(-1, 3)
+        np.testing.assert_allclose(
+            np.linalg.norm(v / half.force_unit[:, None], axis=1)[mirror.point],
+            np.linalg.norm(of_whole / problem.force_unit[:, None], axis=1),
+            rtol=1e-9,
+            atol=1e-12,
+        )
+        assert problem.work_scale(mirror.T @ u) == pytest.approx(half.work_scale(u * rows), rel=1e-9)
+
+
+def test_other_frames_and_numbers(wall):
+    turned = moved(wall, R := rotation((1, 2, 3), 0.7), (5, -3, 2))[::-1]
+    dead = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
+    problem = problem_of(model_of(turned, DRY), push(*(R @ [1, 0, 0])), dead)
+    assert 2 * Mirror.of(problem).half.n_points == problem.n_points
+
+
+def test_parallel_loads(wall):
+    assert Mirror.of(problem_of(model_of(wall, DRY), push(0, 0, -1))) is not None
+
+
+@pytest.mark.parametrize("where", [0.0, 1e-6], ids=["in the plane", "aside"])
+def test_a_load_out_of_the_plane_is_not_reduced(wall, where):
+    load = bs.PointLoad(wall[-1].name, Q_([1.1, 0.1 + where, 0.8], "m"), "[1, 0, 0] kN")
+    problem = problem_of(model_of(wall, DRY), bs.LoadPattern("push", [load]))
+    assert (Mirror.of(problem) is None) == bool(where)
+
+
+def test_what_is_not_its_mirror_image_is_not_reduced(wall):
+    def is_reduced(blocks, joint=DRY, direction=(1, 0, 0)):
+        return Mirror.of(problem_of(model_of(blocks, joint), push(*direction))) is not None
+
+    assert is_reduced(wall)
+    assert not is_reduced(wall, direction=(1, 1e-6, 0))
+    shifted = moved(wall[-1:], np.eye(3), (0, 1e-6, 0))
+    assert not is_reduced([*wall[:-1], *shifted])
+    # Two equal blocks side by side, on joints of different friction.
+    pair = [box("ground", [-1, -1, -0.5], [4, 4, 0.5], fixed=True), box("a", [0, 0, 0], [1, 0.5, 1])]
+    pair.append(box("b", [0, 0.5, 0], [1, 0.5, 1]))
+    assert is_reduced(pair)
+    assert not is_reduced(pair, {"ground|b": bs.JointMaterial("smooth", 0.3), "*": DRY})
+
+
+def test_blocks_that_fall_are_told_with_their_images():
+    pair = [box("ground", [-1, -1, -0.5], [4, 4, 0.5], fixed=True), box("a", [0, 0, 0], [1, 0.5, 1])]
+    pair.append(box("b", [0, 0.5, 0], [1, 0.5, 1]))
+    mirror = Mirror.of(problem_of(model_of(pair, DRY), push(1, 0, 0)))
+    told = mirror.outcome(Outcome(bs.Status.SELF_STRESS, np.nan, bs.Reason.DEAD_LOAD_COLLAPSES, hung=(0,)))
+    assert told.hung == (0, 1)
