@@ -15,11 +15,11 @@ def house() -> bs.Model:
     tuff = bs.Material("tuff", unit_weight=Q_(16, "kN/m^3"))
     lime = bs.JointMaterial("lime mortar", friction_coefficient=0.6, compressive_strength=Q_(2, "MPa"))
     windows = [
-        bs.Opening(start=start, sill=sill, width="0.9 m", height="1.2 m")
+        bs.structures.Opening(start=start, sill=sill, width="0.9 m", height="1.2 m")
         for start in ("1.5 m", "4.2 m")
         for sill in ("1.2 m", "3.6 m")
     ]
-    sides = [bs.Sidewall(name, at, length="3.6 m") for name, at in (("west", "0 m"), ("east", "6 m"))]
+    sides = [bs.structures.Sidewall(name, at, length="3.6 m") for name, at in (("west", "0 m"), ("east", "6 m"))]
     size = {"unit_length": "1.2 m", "unit_height": "0.6 m", "depth": "0.6 m", "material": tuff}
     blocks = bs.wall(length="6.6 m", height=HEIGHT, openings=windows, sidewalls=sides, **size)
     tie = bs.Tie(

@@ -24,7 +24,7 @@ def corner(*, mirrored=False, seed=None, **joint):
     """A façade with one sidewall, out of plane: bodies of unlike motion, at joints that crush, with a tie."""
     size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
     at = "2.5 m" if mirrored else "0 m"
-    blocks = bs.wall(length="3 m", courses=6, sidewalls=[bs.Sidewall("side", at=at, length="2.5 m")], **size)
+    blocks = bs.wall(length="3 m", courses=6, sidewalls=[bs.structures.Sidewall("side", at=at, length="2.5 m")], **size)
     if seed is not None:
         random.Random(seed).shuffle(blocks)
     model = model_of(blocks, bs.JointMaterial("lime", 0.6, compressive_strength="3 MPa", **joint))

@@ -10,7 +10,7 @@ from structures import SELF_WEIGHT, STONE, model_of, push
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 DRY = bs.JointMaterial("dry", 0.7)
-UNSTABLE = Outcome(bs.Status.UNSTABLE, np.nan, bs.Reason.DEAD_LOAD_NOT_CARRIED, carried=0.5)
+UNSTABLE = Outcome(bs.Status.UNSTABLE, np.nan, bs.vocabulary.Reason.DEAD_LOAD_NOT_CARRIED, carried=0.5)
 
 
 def block():

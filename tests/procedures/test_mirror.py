@@ -22,7 +22,7 @@ def wall(tuff):
 @pytest.fixture(scope="module")
 def dome():
     stone = bs.Material("limestone", unit_weight="22 kN/m^3")
-    return bs.dome(span="8 m", thickness="60 cm", courses=3, units=6, oculus="1.6 m", material=stone)
+    return bs.structures.dome(span="8 m", thickness="60 cm", courses=3, units=6, oculus="1.6 m", material=stone)
 
 
 def problem_of(model, variable, dead=SELF_WEIGHT):
@@ -116,5 +116,5 @@ def test_blocks_that_fall_are_told_with_their_images():
     pair = [box("ground", [-1, -1, -0.5], [4, 4, 0.5], fixed=True), box("a", [0, 0, 0], [1, 0.5, 1])]
     pair.append(box("b", [0, 0.5, 0], [1, 0.5, 1]))
     mirror = Mirror.of(problem_of(model_of(pair, DRY), push(1, 0, 0)))
-    told = mirror.outcome(Outcome(bs.Status.SELF_STRESS, np.nan, bs.Reason.DEAD_LOAD_COLLAPSES, hung=(0,)))
+    told = mirror.outcome(Outcome(bs.Status.SELF_STRESS, np.nan, bs.vocabulary.Reason.DEAD_LOAD_COLLAPSES, hung=(0,)))
     assert told.hung == (0, 1)
