@@ -32,6 +32,7 @@ docs: $(VENV)/installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
 bench: $(VENV)/installed
+	$(BIN)/python benchmarks/surroundings.py
 	$(BIN)/python benchmarks/wall_40x60.py
 	$(BIN)/python benchmarks/loading_path.py
 	$(BIN)/python benchmarks/crushing.py

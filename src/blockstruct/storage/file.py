@@ -48,7 +48,8 @@ from blockstruct.storage.layout import (
 )
 from blockstruct.storage.netcdf import (
     Image,
-    dimension_number,
+    Outline,
+    begins_anew,
     member,
     netcdf_image,
     outline,
@@ -307,14 +308,14 @@ class AnalysisFile:
     def root_findings(self) -> list[Finding]:
         """Return the violations of the root and of the list of cases."""
         with self.opened() as file:
-            found = self._violations("/", outline(file), "")
+            found = self._violations("/", outline(file).lines, "")
             held = file.get("cases", ())
             if len(held) != len(self.cases) or set(held) != {group_name(name) for name in self.cases}:
                 found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
         return found
 
     def group(
-        self, place: str, part: str, read: Callable[[h5py.Group, Mapping[str, Any]], xr.Dataset] = read_dataset
+        self, place: str, part: str, read: Callable[[Outline], xr.Dataset] = read_dataset
     ) -> tuple[xr.Dataset | None, list[Finding]]:
         """Return a group, or the violations that keep it from being read.
 
@@ -325,16 +326,15 @@ class AnalysisFile:
         part
             Its name in the schema: model, case, history or capacity.
         read
-            Makes a Dataset of a group and its outline.
+            Makes a Dataset of the outline of a group.
         """
         with self.opened() as file:
             try:
-                group = member(file, place)
-                lines = outline(group)
+                found = outline(member(file, place))
             except FormatError as error:
                 return None, [(place, str(error))]
-            found = self._violations(place, lines, part)
-            return None if found else read(group, lines), found
+            wrong = self._violations(place, found.lines, part)
+            return None if wrong else read(found), wrong
 
     def load_factors(self, case: str) -> Any:
         """Return only the load factors of the history of a case by the path of its group."""
@@ -358,7 +358,7 @@ class AnalysisFile:
         def stored(ds: Any, name: str) -> Any:
             return indexing.LazilyIndexedArray(_Stored(self, f"{place}/{name}", ds.shape, ds.dtype))
 
-        history, found = self.group(place, "history", lambda group, lines: read_dataset(group, lines, stored))
+        history, found = self.group(place, "history", lambda found: read_dataset(found, stored))
         if history is None:
             raise violated(self.path, found)
         return history
@@ -369,9 +369,8 @@ class AnalysisFile:
         netCDF-4 demands one numbering of the whole file. Without it netCDF's own library reads arrays short.
         """
         with self.opened() as file:
-            numbers = {dimension_number(scale) for scale in member(file, "/model").values()} - {None}
             histories = [f"{place}/history/iteration" for place in self.cases.values()]
-            return any(dimension_number(member(file, place)) in numbers for place in histories[:1])
+            return any(begins_anew(member(file, "/model"), member(file, place)) for place in histories[:1])
 
     def _violations(self, place: str, found: dict[str, Any], part: str) -> list[Finding]:
         return [(_placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]

@@ -22,7 +22,8 @@ _BARE = "This is a netCDF dimension but not a netCDF variable."
 _COORDINATES = "coordinates"
 #: Attribute of a scale: the number of its dimension, which no other dimension of the file has.
 _DIMENSION = "_Netcdf4Dimid"
-_OF_HDF5 = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
+_REFERENCES = ("DIMENSION_LIST", "REFERENCE_LIST")
+_OF_HDF5 = ("CLASS", "NAME", *_REFERENCES)
 _NUMBERS = count()
 #: Variables keep the order of their attributes, as netCDF-4 demands.
 _IN_ORDER = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -60,16 +61,29 @@ def netcdf_image(tree: Mapping[str, xr.Dataset], start: Image | None = None) -> 
         return Image(file.id.get_file_image(), next(numbers))
 
 
-def read_dataset(
-    group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any] | None = None
-) -> xr.Dataset:
+class Outline(NamedTuple):
+    """A group without its values.
+
+    Attributes
+    ----------
+    lines : dict
+        Attributes, variables (dimensions, kind and units) and names of the groups of a group, for the schema.
+    variables : dict
+        Dataset and attributes of each variable.
+    """
+
+    lines: dict[str, Any]
+    variables: dict[str, tuple[h5py.Dataset, dict[str, Any]]]
+
+
+def read_dataset(outline: Outline, values: Callable[[h5py.Dataset, str], Any] | None = None) -> xr.Dataset:
     """Return the Dataset of a group whose outline is valid; its values are read, or as a function gives them."""
     variables = {}
-    for name, variable in outline["variables"].items():
-        ds = group[name]
-        own = {key: plain(ds.attrs[key]) for key in ds.attrs if not key.startswith("_") and key not in _OF_HDF5}
+    for name, variable in outline.lines["variables"].items():
+        ds, attrs = outline.variables[name]
+        own = {key: value for key, value in attrs.items() if not key.startswith("_") and key not in _OF_HDF5}
         variables[name] = (tuple(variable["dims"]), values(ds, name) if values else read_values(ds), own)
-    attrs = dict(outline["attrs"])
+    attrs = dict(outline.lines["attrs"])
     coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims, _, _ in variables.values() for d in dims)}
     coords = {name: variables.pop(name) for name in [n for n in variables if n in coordinates]}
     return xr.Dataset(variables, coords, attrs)
@@ -80,10 +94,13 @@ def read_values(ds: h5py.Dataset, key: Any = ()) -> Any:
     return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
 
 
-def dimension_number(scale: h5py.Dataset) -> int | None:
-    """Return the number by which netCDF finds a dimension, if it has one."""
-    number = scale.attrs.get(_DIMENSION)
-    return None if number is None else int(number)
+def begins_anew(group: h5py.Group, other: h5py.Dataset) -> bool:
+    """Return whether the number of a dimension is one of as many dimensions as a group has, from 0."""
+    number = other.attrs.get(_DIMENSION)
+    members = (h5py.h5o.open(group.id, name.encode()) for name in group)
+    return number is not None and int(number) < sum(
+        isinstance(m, h5py.h5d.DatasetID) and h5py.h5ds.is_scale(m) for m in members
+    )
 
 
 def member(file: h5py.Group, place: str) -> Any:
@@ -117,8 +134,8 @@ def outline_of(ds: xr.Dataset, groups: Iterable[str]) -> dict[str, Any]:
     return {"attrs": dict(ds.attrs), "variables": variables, "groups": {name: {} for name in groups}}
 
 
-def outline(group: h5py.Group) -> dict[str, Any]:
-    """Return attributes, variables (dimensions, kind and units) and names of the groups of a group.
+def outline(group: h5py.Group) -> Outline:
+    """Return the outline of a group.
 
     A variable that leads out of the file, or to more data than the file has bytes, gets a kind that no schema has.
 
@@ -133,21 +150,26 @@ def outline(group: h5py.Group) -> dict[str, Any]:
     links = [name for name in group if not isinstance(group.get(name, getlink=True), h5py.HardLink)]
     members = {name: group[name] for name in group if name not in links}
     names = {_address(item): name for name, item in members.items()}
-    variables: dict[str, Any] = {name: {"kind": "link"} for name in links}
+    lines: dict[str, Any] = {name: {"kind": "link"} for name in links}
+    variables: dict[str, tuple[h5py.Dataset, dict[str, Any]]] = {}
     left = size = int(group.file.id.get_filesize())
     for name, item in members.items():
+        if not isinstance(item, h5py.Dataset):
+            continue
+        attrs = {key: plain(item.attrs[key]) for key in item.attrs if key not in _REFERENCES}
         # The scale of a dimension without a coordinate holds nothing.
-        if isinstance(item, h5py.Dataset) and _BARE not in str(plain(item.attrs.get("NAME", ""))):
+        if _BARE not in str(attrs.get("NAME", "")):
             left -= _bytes_of(item, left, size)
-            variables[name] = _variable(item, names, is_absurd=left < 0)
-    return {
+            lines[name], variables[name] = _line(item, attrs, names, is_absurd=left < 0), (item, attrs)
+    found = {
         "attrs": {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")},
-        "variables": variables,
+        "variables": lines,
         "groups": {name: {} for name, item in members.items() if not isinstance(item, h5py.Dataset)},
     }
+    return Outline(found, variables)
 
 
-def _variable(ds: h5py.Dataset, names: Mapping[int, str], *, is_absurd: bool) -> dict[str, Any]:
+def _line(ds: h5py.Dataset, attrs: Mapping[str, Any], names: Mapping[int, str], *, is_absurd: bool) -> dict[str, Any]:
     kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
     if ds.is_virtual or ds.external:
         kind = "stored in another file"
@@ -157,7 +179,7 @@ def _variable(ds: h5py.Dataset, names: Mapping[int, str], *, is_absurd: bool) ->
         # h5py would read missing values as the fill value.
         kind = "not stored whole"
     # Units are compared as they stand: a text from a file is never given to a parser.
-    units = {"units": str(plain(ds.attrs["units"]))} if "units" in ds.attrs else {}
+    units = {"units": str(attrs["units"])} if "units" in attrs else {}
     return {"dims": _dimensions(ds, names), "kind": kind, **units}
 
 
@@ -167,7 +189,7 @@ def _dimensions(ds: h5py.Dataset, names: Mapping[int, str]) -> list[str]:
         return [names[_address(ds)]]
     found = []
     for k, size in enumerate(ds.shape):
-        scale = ds.dims[k][0] if len(ds.dims[k]) else None
+        scale = ds.dims[k][0] if h5py.h5ds.get_num_scales(ds.id, k) else None
         fits = scale is not None and scale.shape == (size,)
         found.append(names.get(_address(scale), "?") if fits else "?")
     return found
