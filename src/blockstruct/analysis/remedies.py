@@ -7,6 +7,7 @@ import numpy as np
 
 from blockstruct.limit import LimitProblem, ProcedureSettings
 from blockstruct.model import Model
+from blockstruct.model.fields import changed
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import CaseResult
 from blockstruct.solvers import solver_of
@@ -32,8 +33,11 @@ def with_effects(result: CaseResult) -> CaseResult:
 def _uniform(model: Model) -> Model:
     """Return a model whose joints have the torsion of uniform pressure."""
     joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in model.joint_materials.items()}
-    interfaces = [i.with_joint_material(joints[i.joint_material.name]) for i in model.interfaces]
-    return Model(model.name, model.blocks, interfaces, detection=model.detection, ties=model.ties)
+    # The shapes are unchanged, and need no second check.
+    other: Model = changed(
+        model, interfaces=tuple(i.with_joint_material(joints[i.joint_material.name]) for i in model.interfaces)
+    )
+    return other
 
 
 def _load_factor(model: Model, result: CaseResult, settings: ProcedureSettings) -> float:
