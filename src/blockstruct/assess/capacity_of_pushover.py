@@ -95,8 +95,8 @@ def curve_of_pushover(
     if complete:
         before = d_C < end
         d_C, alpha = np.append(d_C[before], end), np.append(alpha[before], 0.0)
-    beyond = d_C > 0
-    # At rest, rounded corners already carry less than the interfaces of the collapse state.
+    # Joints alone deform until the first state, where rounded corners carry less than the interfaces at collapse.
+    beyond = d_C > max(d_C[0], 0.0)
     at_rest = min([result.load_factor, *alpha[~beyond]])
     d_C, alpha = np.append(0.0, d_C[beyond]), np.append(at_rest, alpha[beyond])
     if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):

@@ -17,8 +17,8 @@ Index = NDArray[np.int64]
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one.
 SAME = 0.05
-#: Largest flow-rule gap, relative to the work of the step, and largest interpenetration, relative to the fastest point,
-#: of a certificate that holds; least work, relative to that of the first state.
+#: Largest flow-rule gap, relative to the work of the step or of that before it, and largest interpenetration, relative
+#: to the fastest point, of a certificate that holds; least work, relative to that of the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
 
 
@@ -97,6 +97,10 @@ class Course:
         first = self.curve[0][1] if self.curve else alpha
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
+        before, most = self.last, work
+        if self.curve and before is not None and not before.falls:
+            # A step also corrects the overlaps that the step before has left.
+            most = max(work, before.work * before.motion_time / time)
         within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= CERTIFIED
         state = replace(
             found,
@@ -110,7 +114,7 @@ class Course:
             yield_excess=c.yield_excess,
             interpenetration=c.interpenetration,
             flow_rule_gap=c.flow_rule_gap,
-            holds=within and c.flow_rule_gap <= CERTIFIED * work,
+            holds=within and c.flow_rule_gap <= CERTIFIED * most,
             contact_points=len(moved.contacts.gap),
         )
         missed, work = self._energy(state)
