@@ -17,8 +17,11 @@ Index = NDArray[np.int64]
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one.
 SAME = 0.05
-#: Largest flow-rule gap, relative to the work of the step or of that before it, and largest interpenetration, relative
-#: to the fastest point, of a certificate that holds; least work, relative to that of the first state.
+#: Number of last steps that a step is compared with, and of which the longest limits the next one.
+RECENT = 4
+#: Largest work by which the flow rule is missed, relative to that of the step or a recent one, and largest
+#: interpenetration, relative to the fastest point, of a certificate that holds; least work, relative to that of the
+#: first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
 
 
@@ -42,6 +45,8 @@ class Course:
         #: Displacement, m, and load factor of each state without falling blocks.
         self.curve: list[tuple[float, float]] = []
         self._done = 0.0
+        #: Work, J, of the steps without falling blocks. Short steps also correct the overlaps that longer ones leave.
+        self._works: list[float] = []
 
     def take(self, state: MotionState) -> None:
         """Add a complete state.
@@ -53,6 +58,7 @@ class Course:
         self.last = state
         if not state.falls and (self.curve or state.holds):
             self.curve.append((state.displacement, state.load_factor))
+            self._works.append(state.work * state.motion_time)
 
     def at(self, placement: Placement, reach: float) -> MovedProblem:
         """Return the limit problem at a placement after the last state."""
@@ -97,10 +103,6 @@ class Course:
         first = self.curve[0][1] if self.curve else alpha
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
-        before, most = self.last, work
-        if self.curve and before is not None and not before.falls:
-            # A step also corrects the overlaps that the step before has left.
-            most = max(work, before.work * before.motion_time / time)
         within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= CERTIFIED
         state = replace(
             found,
@@ -114,7 +116,7 @@ class Course:
             yield_excess=c.yield_excess,
             interpenetration=c.interpenetration,
             flow_rule_gap=c.flow_rule_gap,
-            holds=within and c.flow_rule_gap <= CERTIFIED * most,
+            holds=within and c.flow_rule_gap * time <= CERTIFIED * max([work * time, *self._works[-RECENT:]]),
             contact_points=len(moved.contacts.gap),
         )
         missed, work = self._energy(state)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import Iteration, Placement, ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.motion.course import Course, carried, forces_at, loaded
+from blockstruct.motion.course import RECENT, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
@@ -24,8 +24,8 @@ GROWTH, LARGEST = 2.0, 2.0
 #: Share of the way to a load factor of zero that a step goes; load factor, relative to the first, below which it goes
 #: the whole way.
 SHORT_OF, NEAR = 0.75, 1e-3
-#: Number of last steps of which the longest limits the next one, and of states that give the slope of the curve.
-AFTER, FORESEEN = 4, 8
+#: Number of states that give the slope of the curve.
+FORESEEN = 8
 #: Largest way of a block in a step, in ways of the control point; factor by which the way may exceed the wanted one.
 FASTEST, OFF = 3.0, 1.5
 #: Least reach of contact detection, and largest reach for blocks that move further, in mean block sizes.
@@ -255,7 +255,7 @@ class _Path:
             whole / self._steps,
             max(8 * self._even * self._share, self._even, LARGEST * ways[-1] / self._steps),
         )
-        return min(even, GROWTH * max(float(np.diff(ways[-AFTER:]).max()), elastic))
+        return min(even, GROWTH * max(float(np.diff(ways[-RECENT:]).max()), elastic))
 
     def _reach(self, way: float) -> float:
         return max(NEAREST * self._length, 2 * FASTEST * way)

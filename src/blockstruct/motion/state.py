@@ -51,7 +51,7 @@ class MotionState:
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
     work : float
-        Work of the step, per unit of work of the variable load, to which its flow-rule gap is relative.
+        Work of the step, per unit of work of the variable load.
     inertia : float
         Share of the work of inertia in that work.
     tie_elongation : (N,) array
