@@ -102,11 +102,6 @@ class MotionState:
     contact_points: int = 0
 
     @property
-    def missed(self) -> float:
-        """Flow-rule gap relative to the work of the step."""
-        return self.flow_rule_gap / self.work
-
-    @property
     def twist(self) -> Array:
         """Velocities and angular velocities (B, 6)."""
         return np.column_stack([self.velocity, self.angular_velocity])

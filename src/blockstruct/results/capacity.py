@@ -28,10 +28,7 @@ _VALUES = {
     "falls": ("dimensionless", "1 if blocks drop in the step, while the control point all but waits"),
     "reach": ("length", "largest gap of contact points"),
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
-    "work": (
-        "dimensionless",
-        "work of the step per unit of work of the variable load, to compare flow_rule_gap with",
-    ),
+    "work": ("dimensionless", "work of the step per unit of work of the variable load"),
     "inertia": ("dimensionless", "share of the work of inertia in that of the step"),
     "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
     "tie_elongation": ("length", "of the tie beyond its length in the model"),

@@ -43,7 +43,7 @@ def break_displacements(displacement: Array, elongation: Array, limit: Array) ->
 def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
     """Return the first state after the break of each tie that breaks.
 
-    In the first state all elongations are zero.
+    Before the first state only joints and ties deform, so no tie has reached its limit there.
     """
     first = (elongation > limit).argmax(axis=0)
     return {int(tie): int(first[tie]) for tie in np.flatnonzero(first)}
