@@ -29,6 +29,7 @@ from blockstruct.model import (
     Material,
     Model,
     Pushover,
+    RecordCase,
     SettlementCase,
     check_unrepeated,
     direction_cases,
@@ -51,7 +52,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase, Pushover or SettlementCase
+    cases : tuple of LimitCase, Pushover, SettlementCase or RecordCase
     settings : dict
         Settings of the procedure, arguments of :class:`blockstruct.ProcedureSettings`.
     report : DetectionReport
@@ -224,7 +225,12 @@ def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 
-_CASE_KINDS: dict[str, type[Case]] = {"limit": LimitCase, "pushover": Pushover, "settlement": SettlementCase}
+_CASE_KINDS: dict[str, type[Case]] = {
+    "limit": LimitCase,
+    "pushover": Pushover,
+    "settlement": SettlementCase,
+    "record": RecordCase,
+}
 
 
 def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[Case]:
@@ -236,6 +242,10 @@ def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[
     if kind is Pushover:
         control = arguments["control"]
         arguments |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
+    if kind is RecordCase:
+        who = f"case {entry['name']!r}"
+        lists = {key: arguments[key] for key in ("acceleration", "time") if isinstance(arguments[key], dict)}
+        arguments |= {key: _points(v["values"], v["unit"], f"{who}: {key}") for key, v in lists.items()}
     return direction_cases(**arguments) if "directions" in arguments else [kind(**arguments)]
 
 

@@ -17,6 +17,7 @@ from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.moved import ControlPoint, MovedProblem, MovingProblem, check_pushover
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
+from blockstruct.limit.response import Fall, RecordState
 from blockstruct.limit.settings import (
     SCHEDULES,
     FictitiousSchedule,
@@ -38,6 +39,7 @@ __all__ = [
     "Ties",
     "UniformTorsion",
     "ProcedureSettings",
+    "RecordState",
     "FictitiousSchedule",
     "Numerics",
     "SCHEDULES",
@@ -45,6 +47,7 @@ __all__ = [
     "schedules_of",
     # finite displacements
     "ControlPoint",
+    "Fall",
     "FiniteStep",
     "MovedProblem",
     "MovingProblem",

@@ -153,6 +153,8 @@ class Outcome:
     without_crushing : float
         Load factor of the same case without crushing; NaN as a rule. It is set if crushing raised the load factor by
         more than the accuracy of the procedure. ``load_factor`` is then this value.
+    collapse_time : float
+        Time of a record at which a block has fallen, s; NaN if none has.
     hung, jammed : tuple of int
         Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
     """
@@ -169,6 +171,7 @@ class Outcome:
     programs: int = 0
     load_ratio: float = np.nan
     without_crushing: float = np.nan
+    collapse_time: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
 

@@ -4,9 +4,10 @@ The procedures are the associative program, the fictitious conditions of F. Port
 doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Feng (1998).
 """
 
+from blockstruct.procedures.dead_load import solve_dead_load
 from blockstruct.procedures.least_tie_force import LeastTies, least_ties
 from blockstruct.procedures.procedure import solve_limit_case
 from blockstruct.procedures.pushover import pushover
 from blockstruct.procedures.pushover_state import moves_furthest
 
-__all__ = ["LeastTies", "least_ties", "moves_furthest", "pushover", "solve_limit_case"]
+__all__ = ["LeastTies", "least_ties", "moves_furthest", "pushover", "solve_dead_load", "solve_limit_case"]

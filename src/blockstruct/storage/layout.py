@@ -32,6 +32,7 @@ from blockstruct.model import (
     Model,
     Point,
     Pushover,
+    RecordCase,
     SettlementCase,
     given_quantities,
     kind_of,
@@ -71,8 +72,10 @@ _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
 #: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
-_FACTS = ("peak", "carried", "load_ratio", "without_crushing")
+_FACTS = ("peak", "carried", "load_ratio", "without_crushing", "collapse_time")
 _TEXTS = ("schedule", "of_case", "damage", "curve_ended")
+#: Members of the attribute of a record.
+_OF_RECORD = ("direction", "interval", "time_step")
 #: Members of the attribute of a settlement.
 _MOTION = ("supports", "direction", "about")
 #: Relative rounding of reactions and of sizes of the model.
@@ -99,6 +102,7 @@ _INDICES = {
     "block_of_tie": ("block", -1),
     "tie_of_model": ("tie", 0),
     "step_of_contact": ("step", 0),
+    "state_of_contact": ("time", 0),
     "minus_of_contact": ("block", 0),
     "plus_of_contact": ("block", 0),
     "interface_of_contact": ("interface", -1),
@@ -116,6 +120,7 @@ _ASCENDING = (
     "interface_of_interface_corner",
     "tie_of_model",
     "step_of_contact",
+    "state_of_contact",
 )
 #: Labels of dimensions, and their values.
 _LABELS = {"axis": AXES, "component": COMPONENTS}
@@ -446,7 +451,21 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
         )
     if isinstance(result.case, SettlementCase):
         attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
+    if isinstance(result.case, RecordCase):
+        attrs["record"] = json.dumps({name: getattr(result.case, name) for name in _OF_RECORD})
+        variables |= _record(result.case)
     return xr.Dataset(variables, attrs=attrs)
+
+
+def _record(case: RecordCase) -> dict[str, Any]:
+    """Return the samples of a record: along its direction, or along the axes; and their times, or the one interval."""
+    dims = "sample" if case.direction is not None else ("sample", "axis")
+    name = "record_acceleration" if case.direction is not None else "record_accelerations"
+    time = () if isinstance(case.time, float) else "sample"
+    return {
+        name: _si(dims, np.array(case.acceleration), "acceleration"),
+        "record_interval" if time == () else "record_time": _si(time, np.array(case.time), "time"),
+    }
 
 
 def read_result(
@@ -456,12 +475,13 @@ def read_result(
     patterns: Mapping[str, LoadPattern],
     versions: Mapping[str, str],
     capacity: xr.Dataset | None = None,
+    response: xr.Dataset | None = None,
 ) -> CaseResult:
     """Return the result of a Dataset; a result without versions takes the versions of its file."""
     a = ds.attrs
     return CaseResult.restored(
         model=model,
-        case=_case(ds.attrs, patterns),
+        case=_case(ds, patterns),
         settings=json.loads(a["settings"]),
         outcome=_outcome(ds, model),
         certificate={name: ds[name].item() for name in CERTIFICATE_MEASURES if name in ds},
@@ -470,6 +490,7 @@ def read_result(
         started_at=a["started_at"],
         duration=float(ds["duration"]),
         capacity=capacity,
+        response=response,
         versions=versions_of(a, versions) if int(ds["n_iterations"]) else (),
     )
 
@@ -507,8 +528,16 @@ def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[
     return tuple(found)
 
 
-def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:
+def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
+    attrs = ds.attrs
     dead, flow = patterns[attrs["dead"]], attrs["flow"]
+    if "record" in attrs:
+        own = json.loads(attrs["record"])
+        name = "record_acceleration" if own["direction"] is not None else "record_accelerations"
+        time = ds["record_interval"].item() if "record_interval" in ds else ds["record_time"].to_numpy()
+        lengths = {n: None if own[n] is None else to_quantity(own[n], "time") for n in ("interval", "time_step")}
+        acceleration = to_quantity(ds[name].to_numpy(), "acceleration")
+        return RecordCase(attrs["name"], dead, acceleration, to_quantity(time, "time"), own["direction"], **lengths)
     if "pushover" in attrs:
         own = json.loads(attrs["pushover"])
         point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
@@ -576,8 +605,12 @@ def _detection_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Fin
             yield f"{path}/{name}", "there is a negative number"
 
 
-def case_findings(path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool) -> Iterator[Finding]:
-    """Find where a result contradicts its group, its curve or the load factors of its history."""
+def case_findings(
+    path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool, has_response: bool
+) -> Iterator[Finding]:
+    """Find where a result contradicts its group, its curve, its response or the load factors of its history."""
+    if has_response and "record" not in case.attrs:
+        yield path, "there is a response, but no attribute record: nothing tells what the ground did"
     if has_curve and "pushover" not in case.attrs:
         yield path, "there is a capacity curve, but no attribute pushover: nothing tells what was pushed how"
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
@@ -660,6 +693,16 @@ def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Ite
         yield path, "the names of ties of the capacity curve are not those of /model"
     else:
         yield from index_findings(path, capacity)
+
+
+def response_findings(path: str, response: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """Find where a response contradicts itself or the model."""
+    if np.any(np.diff(response["time"].to_numpy()) <= 0):
+        yield f"{path}/time", "the times are not in ascending order"
+    if not np.array_equal(response["block"].to_numpy(), model["block"].to_numpy()):
+        yield path, "the block names of the response are not those of /model"
+    else:
+        yield from index_findings(path, response)
 
 
 def _from_1(groups: Groups) -> Groups:

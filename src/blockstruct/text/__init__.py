@@ -36,6 +36,7 @@ from blockstruct.text.mechanism import (
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
+from blockstruct.text.record import response_sentences
 from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
 
 __all__ = [
@@ -67,6 +68,7 @@ __all__ = [
     "more_ties_hold",
     "no_curve",
     "pushed_states",
+    "response_sentences",
     "settled_schedules",
     "statics_range",
     "tie_holds",
