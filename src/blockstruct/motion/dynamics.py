@@ -155,6 +155,7 @@ class Dynamics:
         #: Place of each block among the free ones; that of supports is after the last.
         self._slot = np.full(self._B, len(self._free))
         self._slot[self._free] = np.arange(len(self._free))
+        self._size = masses.size[statics.free]
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
 
@@ -212,9 +213,9 @@ class Dynamics:
         time = h + np.where(gap <= 0, self.time_step, 0.0)
         law = _Law(contacts, way, time, compliance, 1 / np.maximum(time * k * yields, 2 * compliance), GRAVITY / yields)
         weight = GRAVITY * m.mass[free]
-        scale = np.column_stack([np.repeat(weight[:, None], 3, 1), np.repeat((weight * m.size[free])[:, None], 3, 1)])
+        scale = np.repeat(np.column_stack([weight, weight * self._size]), 3, axis=1)
         push = (motion.momentum[free] / k + loads(h)[free]).ravel()
-        found = _newton(M / k, relative, push, law, before.ravel(), np.asarray(scale.ravel()))
+        found = _newton(M / k, relative, push, law, before.ravel(), scale.ravel())
         if found is None:
             return None
         V, x, iterations = found
@@ -261,7 +262,7 @@ class Dynamics:
         return min(h, max(first - 1.5 * short, short))
 
     def _centres(self, placement: Placement) -> Array:
-        return placement.position + np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
+        return np.asarray(placement.position + np.einsum("bij,bj->bi", placement.rotation, self._masses.offset))
 
     def _moved(self, placement: Placement, twist: Array, h: float) -> Placement:
         """Return the placement after twists (B, 6) about the centres of mass for a time h."""
@@ -349,7 +350,7 @@ def _diagonal(M: Array) -> Array:
 def _weighted(relative: Any, E: Array) -> Any:
     """Return ``Jᵀ E J`` for the blocks E (K, 3, 3)."""
     K = len(E)
-    if not sp.issparse(relative):
+    if isinstance(relative, np.ndarray):
         return np.asarray(relative.T @ (E @ relative.reshape(K, 3, -1)).reshape(3 * K, -1))
     weights = sp.bsr_array((E, np.arange(K), np.arange(K + 1)), shape=(3 * K, 3 * K))
     return relative.T @ (sp.csr_array(weights) @ relative)

@@ -16,8 +16,10 @@ from blockstruct.vocabulary import Reason, Torsion
 
 Array = NDArray[np.float64]
 
-#: Steps in the time in which a pendulum of the smallest block turns by one radian, and the states of a record.
-RESOLUTION, STATES = 64, 400
+#: Steps in the time in which a pendulum of the smallest block turns by one radian.
+RESOLUTION = 64
+#: Most states of a record, and the shortest time between two, s.
+STATES, SHORTEST = 400, 0.01
 #: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
 SPLITS, HALVINGS = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
@@ -76,7 +78,7 @@ def time_step(statics: Statics, case: RecordCase) -> float:
 
 def kept_interval(case: RecordCase) -> float:
     """Return the time between two states that are kept, s."""
-    return float(case.interval or case.duration / STATES)
+    return float(case.interval or max(case.duration / STATES, SHORTEST))
 
 
 class _Run:

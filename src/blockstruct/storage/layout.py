@@ -71,8 +71,12 @@ _TOLERANCES = {
 _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
 #: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
-#: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
-_FACTS = ("peak", "carried", "load_ratio", "without_crushing", "collapse_time")
+#: Numbers of an outcome that are stored if finite, with their dimension.
+_FACTS = {
+    **dict.fromkeys(("peak", "carried", "load_ratio", "without_crushing"), "dimensionless"),
+    "collapse_time": "time",
+}
+#: Texts of a result that are stored if not empty.
 _TEXTS = ("schedule", "of_case", "damage", "curve_ended")
 #: Members of the attribute of a record.
 _OF_RECORD = ("direction", "interval", "time_step")
@@ -417,7 +421,7 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     outcome = result.outcome
     if outcome.drift is not None:
         variables |= {f"drift_{end}": _si((), v) for end, v in zip(("low", "high"), outcome.drift, strict=True)}
-    variables |= {name: _si((), v) for name in _FACTS if math.isfinite(v := getattr(outcome, name))}
+    variables |= {name: _si((), v, unit) for name, unit in _FACTS.items() if math.isfinite(v := getattr(outcome, name))}
     if outcome.programs:
         variables["programs"] = _si((), outcome.programs)
     if result.n_iterations:

@@ -29,8 +29,8 @@ def response_sentences(
 
     Examples
     --------
-    >>> said = response_sentences(largest=(0.12, "b2"), remaining=(0.002, "b1"), fallen=[], end=8, step=2e-3, steps=4100)
-    >>> print(*said)
+    >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
+    >>> print(*response_sentences(**at, fallen=[], end=8, step=2e-3, steps=4100))
     The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
     """
     found = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
