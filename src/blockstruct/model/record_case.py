@@ -89,7 +89,7 @@ class RecordCase(ModelObject):
     direction : three floats or str
         Direction of an acceleration of shape (n,): of length 1, or the name of an axis such as ``"+x"``.
     interval : quantity, time
-        Time between two states that are kept. By default up to 400 states span the record, at least 10 ms apart.
+        Time between two states that are kept. By default up to 200 states span the record, at least 10 ms apart.
     time_step : quantity, time
         Longest step of the calculation. By default it follows from the size of the blocks.
 

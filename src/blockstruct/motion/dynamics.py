@@ -205,7 +205,7 @@ class Dynamics:
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
         omega = np.zeros((self._B, 3))
         omega[free] = before[:, 3:]
-        bend = [np.cross(omega[b], np.cross(omega[b], arm)) for b, arm in ((i, arm_i), (j, arm_j))]
+        bend = [_cross(omega[b], _cross(omega[b], arm)) for b, arm in ((i, arm_i), (j, arm_j))]
         way = h**2 / 2 * np.einsum("kai,ki->ka", frame, bend[1] - bend[0])
         way[:, 0] += gap
         compliance = COMPLIANCE * self.time_step**2 * yields
@@ -240,7 +240,7 @@ class Dynamics:
     def _relative(self, contacts: Contacts, frame: Array, arm_i: Array, arm_j: Array) -> Any:
         """Return the matrix (3 K, 6 F) of the relative velocities of contacts, plus block minus minus block."""
         F, K = len(self._free), len(frame)
-        parts = np.concatenate([-frame, -np.cross(arm_i[:, None], frame), frame, np.cross(arm_j[:, None], frame)], 2)
+        parts = np.concatenate([-frame, -_cross(arm_i[:, None], frame), frame, _cross(arm_j[:, None], frame)], 2)
         ends = self._slot[np.column_stack([contacts.minus, contacts.plus])]
         # The columns of supports are last, and left out.
         if 6 * F <= DENSE:
@@ -363,6 +363,11 @@ def _solved(S: Any, b: Array) -> Array | None:
         return np.asarray(sp.linalg.splu(sp.csc_array(S), permc_spec="MMD_AT_PLUS_A").solve(b))
     except RuntimeError:
         return None
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products (…, 3): several times as fast as numpy's for small arrays."""
+    return np.asarray(a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]])
 
 
 def _cut(tried: Array, mu: Array) -> tuple[Array, Array]:

@@ -17,9 +17,9 @@ from blockstruct.vocabulary import Reason, Torsion
 Array = NDArray[np.float64]
 
 #: Steps in the time in which a pendulum of the smallest block turns by one radian.
-RESOLUTION = 64
+RESOLUTION = 32
 #: Most states of a record, and the shortest time between two, s.
-STATES, SHORTEST = 400, 0.01
+STATES, SHORTEST = 200, 0.01
 #: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
 SPLITS, HALVINGS = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
@@ -239,16 +239,24 @@ class _Run:
 
     def _reached(self, time: float) -> Array:
         """Return the integral (3,) of the ground acceleration."""
-        k = int(np.searchsorted(self._times, time, side="right")) - 1
-        if k >= len(self._times) - 1:
+        k, share = self._sample(time)
+        if k < 0:
             return np.asarray(self._velocity[-1])
-        share = time - self._times[k]
-        return np.asarray(self._velocity[k] + share * (self._ground[k] + self._acceleration(time)) / 2)
+        a, b, length = self._ground[k], self._ground[k + 1], self._times[k + 1] - self._times[k]
+        return np.asarray(self._velocity[k] + length * share * (a + share / 2 * (b - a)))
 
     def _acceleration(self, time: float) -> Array:
-        if time > self._end:
+        k, share = self._sample(time)
+        if k < 0:
             return np.zeros(3)
-        return np.array([np.interp(time, self._times, column) for column in self._ground.T])
+        return np.asarray((1 - share) * self._ground[k] + share * self._ground[k + 1])
+
+    def _sample(self, time: float) -> tuple[int, float]:
+        """Return the sample before a time, and the share of the way to the next; −1 after the record."""
+        if time > self._end:
+            return -1, 0.0
+        k = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1) - 1
+        return k, float((time - self._times[k]) / (self._times[k + 1] - self._times[k]))
 
     def _placement(self, state: RecordState) -> Placement:
         return Placement.at(self._start.position + state.displacement, state.rotation)
@@ -277,8 +285,9 @@ class _Run:
     def _dead_wrench(self, placement: Placement) -> Array:
         """Return the dead loads (B, 6) about the centres of mass."""
         wrench = self._dead.at(placement)
-        arm = np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
-        wrench[:, 3:] -= np.cross(arm, wrench[:, :3])
+        if self._masses.offset.any():
+            arm = np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
+            wrench[:, 3:] -= np.cross(arm, wrench[:, :3])
         return wrench
 
     def _on_structure(self, forces: ContactForces) -> Array:
