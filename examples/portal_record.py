@@ -1,4 +1,4 @@
-"""A portal of two columns and a lintel under a ground motion: does it stand, and how far does it move?
+"""A portal of two columns and a lintel under a ground motion: whether it stands, and how far it moves.
 
 The record is a synthetic one: a sine of one second that swells and fades. Replace it by a recorded one,
 ``Q_(values, "g_0")`` with the time between its samples.

@@ -215,7 +215,7 @@ class Dynamics:
         weight = GRAVITY * m.mass[free]
         scale = np.repeat(np.column_stack([weight, weight * self._size]), 3, axis=1)
         push = (motion.momentum[free] / k + loads(h)[free]).ravel()
-        found = _newton(M / k, relative, push, law, before.ravel(), scale.ravel())
+        found = _newton(M / k, relative, push, law, np.asarray(before.ravel(), dtype=np.float64), scale.ravel())
         if found is None:
             return None
         V, x, iterations = found
@@ -255,7 +255,7 @@ class Dynamics:
 
     def _until_impact(self, h: float, gap: Array, nearing: Array, compliance: Array, energy: float) -> float:
         """Return the time until the first strong impact within a step h."""
-        strong = (nearing > GRAVITY * h) & (nearing**2 > IMPACT * energy * compliance)
+        strong = (nearing > GRAVITY * SPLIT * self.time_step) & (nearing**2 > IMPACT * energy * compliance)
         time = gap[strong] / nearing[strong]
         first = float(time.min(initial=np.inf))
         short = SPLIT * self.time_step

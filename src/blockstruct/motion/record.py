@@ -17,7 +17,7 @@ from blockstruct.vocabulary import Reason, Torsion
 Array = NDArray[np.float64]
 
 #: Steps in the time in which a pendulum of the smallest block turns by one radian.
-RESOLUTION = 32
+RESOLUTION = 48
 #: Most states of a record, and the shortest time between two, s.
 STATES, SHORTEST = 200, 0.01
 #: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
