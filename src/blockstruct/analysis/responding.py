@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from blockstruct.analysis.events import Listener, StateDone, tell
 from blockstruct.limit import Outcome, RecordState
 from blockstruct.model import RecordCase
 from blockstruct.motion import respond
-from blockstruct.results import CaseResult, arrays_of_response, last_state, response_arrays, response_of
+from blockstruct.results import CaseResult, arrays_of_response, beginning_of, response_arrays, response_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Reason, Status
 
@@ -27,11 +28,14 @@ def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners:
 
     A response that the result already has is continued. A KeyboardInterrupt ends it; the result is then interrupted.
     """
-    start, known = perf_counter(), result.response
-    pieces = [] if known is None else [arrays_of_response(known)]
-    last = None if known is None else last_state(known)
+    start, last, count = perf_counter(), None, 0
+    pieces: list[Any] = []
+    if result.response is not None:
+        k, last = beginning_of(result.response)
+        count = k + 1
+        own = result.response["state_of_contact"] <= k
+        pieces.append(arrays_of_response(result.response.isel(time=slice(count), contact=own.to_numpy())))
     going = respond(statics, case, last)
-    count = 0 if known is None else known.sizes["time"]
     outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
     states: list[RecordState] = []
     try:

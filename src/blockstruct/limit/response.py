@@ -45,6 +45,8 @@ class RecordState:
         Length of the steps of the response, and of the step to this state, which may end at an impact, s.
     steps, iterations : int
         Numbers of steps, and of linear systems, since the beginning.
+    finds_contacts : bool
+        Whether contacts are found anew from this state. A response continues from such a state alone.
     minus_of_contact, plus_of_contact : (P,) arrays
         Indices of the two blocks at each contact point with a force.
     point_of_contact, force_of_contact : (P, 3) arrays
@@ -68,6 +70,7 @@ class RecordState:
     last_step: float
     steps: int
     iterations: int
+    finds_contacts: bool
     minus_of_contact: Index
     plus_of_contact: Index
     point_of_contact: Array

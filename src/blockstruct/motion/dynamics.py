@@ -108,8 +108,9 @@ class Step:
     forces : ContactForces
     impulse_time : float
         Time for which forces act, s: from the middle of the step before to the middle of this one.
-    mean : (B, 6) array
-        Mean of the twists of the step before and this one: that with which forces do work.
+    twist, mean : (B, 6) arrays
+        Twists about the centres of mass, and the mean of those of the step before and this one, with which forces do
+        work.
     dissipated_energy : float
         Work that contacts take up, J.
     kinetic_energy : float
@@ -122,6 +123,7 @@ class Step:
     contacts: Contacts
     forces: ContactForces
     impulse_time: float
+    twist: Array
     mean: Array
     dissipated_energy: float
     kinetic_energy: float
@@ -231,6 +233,7 @@ class Dynamics:
             contacts=replace(contacts, force=x),
             forces=ContactForces(i[loaded], j[loaded], (G[j] + arm_j)[loaded], force),
             impulse_time=k,
+            twist=twist,
             mean=mean,
             dissipated_energy=-k * work,
             kinetic_energy=float((twist * momentum).sum()) / 2,

@@ -23,8 +23,8 @@ STATES, SHORTEST = 200, 0.01
 #: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
 SPLITS, HALVINGS = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
-#: it. Contacts are found anew when a block has moved by half of it.
-REACH, AHEAD = 0.02, 8
+#: it. Contacts are found anew when a block has moved by half of it, and after this number of states at the latest.
+REACH, AHEAD, KEPT = 0.02, 8, 16
 #: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
 #: relative to that of gravity. At the turn of a motion, only the first is small.
 REST, STILL = 1e-7, 1e-2
@@ -42,7 +42,7 @@ def respond(statics: Statics, case: RecordCase, before: RecordState | None = Non
     statics, case
         The structure, which stands under the dead load, and the record.
     before
-        The last known state, after which the response continues. The response is the same as without a break.
+        A known state that finds contacts, after which the response continues. It is the same as without a break.
 
     Yields
     ------
@@ -89,6 +89,10 @@ class _Run:
         self._free = statics.free
         self._masses = Masses.of(model, case.dead, who)
         self._dead = MovingLoads.of(model, case.dead, case.dead)
+        # Loads through the centres of mass do not change in motion.
+        plain = not (self._dead.lever.any() or self._masses.offset.any())
+        self._weight = self._dead.wrench if plain else None
+        self._contacts: tuple[Contacts | None, float, float, int] = None, 0.0, 0.0, 0
         self._h = time_step(statics, case)
         self._dynamics = Dynamics(MovingStructure(statics), self._masses, self._h)
         self._start = Placement.of(model)
@@ -125,6 +129,7 @@ class _Run:
             last_step=0.0,
             steps=0,
             iterations=0,
+            finds_contacts=True,
             minus_of_contact=no_block,
             plus_of_contact=no_block,
             point_of_contact=np.empty((0, 3)),
@@ -151,9 +156,8 @@ class _Run:
         forces = ContactForces(
             state.minus_of_contact, state.plus_of_contact, state.point_of_contact, state.force_of_contact
         )
-        twist = self._twists(motion)
-        contacts: Contacts | None = None
-        moved = reach = 0.0
+        twist = np.column_stack([state.velocity, state.angular_velocity])
+        contacts, moved, reach, kept = (None, 0.0, 0.0, 0) if state.finds_contacts else self._contacts
         peak, impulse, acting = state.peak_displacement.copy(), np.zeros(3), 0.0
         dead = record = dissipated = 0.0
         steps, iterations, done, kinetic = state.steps, state.iterations, 0.0, state.kinetic_energy
@@ -163,8 +167,8 @@ class _Run:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
                 reach = max(REACH * self._statics.length, AHEAD * h * self._fastest(twist))
-                contacts, moved = self._dynamics.contacts(motion.placement, reach, forces), 0.0
-            weight = self._dead_wrench(motion.placement)
+                contacts, moved, kept = self._dynamics.contacts(motion.placement, reach, forces), 0.0, 0
+            weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
             step = self._solved(motion, contacts, weight, time, left, whole=splits >= SPLITS)
             if step is None:
                 return None
@@ -181,7 +185,7 @@ class _Run:
             impulse += k * self._on_structure(forces)
             acting += k
             acceleration = 2 * float(np.linalg.norm(mean[:, :3] - twist[:, :3], axis=1).max()) / k
-            twist = self._twists(motion)
+            twist = step.twist
             steps, iterations, kinetic = steps + 1, iterations + step.iterations, step.kinetic_energy
             place = motion.placement
             np.maximum(peak, np.linalg.norm(place.position - self._start.position, axis=1), out=peak)
@@ -191,6 +195,7 @@ class _Run:
             if self._fall.at(place).any():
                 break
         time = start + done
+        self._contacts = contacts, moved, reach, kept + 1
         return RecordState(
             time=time,
             displacement=motion.placement.position - self._start.position,
@@ -209,6 +214,7 @@ class _Run:
             last_step=motion.last_step,
             steps=steps,
             iterations=iterations,
+            finds_contacts=contacts is None or kept + 1 >= KEPT,
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
@@ -268,15 +274,6 @@ class _Run:
         found[self._fixed] = 0.0
         return found
 
-    def _twists(self, motion: Motion) -> Array:
-        """Return the twists (B, 6) of a motion about the centres of mass."""
-        R, m = motion.placement.rotation[self._free], self._masses
-        J = R @ m.inertia[self._free] @ R.transpose(0, 2, 1)
-        found = np.zeros_like(motion.momentum)
-        found[self._free, :3] = motion.momentum[self._free, :3] / m.mass[self._free, None]
-        found[self._free, 3:] = np.linalg.solve(J, motion.momentum[self._free, 3:, None])[:, :, 0]
-        return found
-
     def _fastest(self, twist: Array) -> float:
         """Return the largest speed of any point, m/s, or a bound of it."""
         speed = np.linalg.norm(twist[:, :3], axis=1) + self._radius * np.linalg.norm(twist[:, 3:], axis=1)
@@ -285,9 +282,8 @@ class _Run:
     def _dead_wrench(self, placement: Placement) -> Array:
         """Return the dead loads (B, 6) about the centres of mass."""
         wrench = self._dead.at(placement)
-        if self._masses.offset.any():
-            arm = np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
-            wrench[:, 3:] -= np.cross(arm, wrench[:, :3])
+        arm = np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
+        wrench[:, 3:] -= np.cross(arm, wrench[:, :3])
         return wrench
 
     def _on_structure(self, forces: ContactForces) -> Array:

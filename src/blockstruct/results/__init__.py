@@ -35,8 +35,8 @@ from blockstruct.results.pushed_ties import (
 )
 from blockstruct.results.response import (
     arrays_of_response,
+    beginning_of,
     fallen_blocks,
-    last_state,
     response_arrays,
     response_of,
     response_words,
@@ -85,8 +85,8 @@ __all__ = [
     "capacity_of",
     "pushed_tie_state",
     "arrays_of_response",
+    "beginning_of",
     "fallen_blocks",
-    "last_state",
     "response_arrays",
     "response_of",
     "response_words",

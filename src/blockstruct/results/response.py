@@ -33,12 +33,13 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "last_step": (("time",), "time", "length of the step to the state"),
     "steps": (("time",), "dimensionless", "number of steps since the beginning"),
     "iterations": (("time",), "dimensionless", "number of linear systems since the beginning"),
+    "finds_contacts": (("time",), "dimensionless", "1 if contacts are found anew from the state"),
     "minus_of_contact": (("contact",), None, "index of one of the two blocks, at each contact point with a force"),
     "plus_of_contact": (("contact",), None, "index of the other one"),
     "point_of_contact": (_OF_CONTACT, "length", "where the contact point is"),
     "force_of_contact": (_OF_CONTACT, "force", "on its plus block"),
 }
-_WHOLE = ("steps", "iterations", "minus_of_contact", "plus_of_contact")
+_WHOLE = ("steps", "iterations", "finds_contacts", "minus_of_contact", "plus_of_contact")
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -104,15 +105,16 @@ def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
     return found
 
 
-def last_state(response: xr.Dataset) -> RecordState:
-    """Return the last state of a response, from which it is continued."""
-    n = response.sizes["time"]
-    own = response["state_of_contact"].to_numpy() == n - 1
-    values: dict[str, Any] = {"time": float(response["time"][-1]), "time_step": float(response["time_step"])}
+def beginning_of(response: xr.Dataset) -> tuple[int, RecordState]:
+    """Return the last state from which a response is continued, and its index."""
+    k = int(np.flatnonzero(response["finds_contacts"].to_numpy())[-1])
+    own = response["state_of_contact"].to_numpy() == k
+    values: dict[str, Any] = {"time": float(response["time"][k]), "time_step": float(response["time_step"])}
     for name, (dims, _, _) in _VARIABLES.items():
         array = response[name].to_numpy()
-        values[name] = array[own] if "contact" in dims else array[-1] if len(dims) > 1 else array[-1].item()
-    return RecordState(**{f.name: values[f.name] for f in fields(RecordState)})
+        values[name] = array[own] if "contact" in dims else array[k] if len(dims) > 1 else array[k].item()
+    values["finds_contacts"] = True
+    return k, RecordState(**{f.name: values[f.name] for f in fields(RecordState)})
 
 
 def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
