@@ -154,6 +154,11 @@ class CaseResult:
         return self.outcome.collapse_time
 
     @property
+    def peak_displacement(self) -> float:
+        """Largest displacement of a block relative to the ground under a record, m; NaN for any other case."""
+        return np.nan if self.response is None else float(self.response["peak_displacement"].isel(time=-1).max())
+
+    @property
     def settled(self) -> bool:
         """Whether the load factor had settled when the procedure ended.
 

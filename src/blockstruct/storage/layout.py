@@ -458,6 +458,8 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     if isinstance(result.case, RecordCase):
         attrs["record"] = json.dumps({name: getattr(result.case, name) for name in _OF_RECORD})
         variables |= _record(result.case)
+    if result.response is not None:
+        variables["peak_displacement"] = _si((), result.peak_displacement, "length")
     return xr.Dataset(variables, attrs=attrs)
 
 

@@ -29,6 +29,7 @@ from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
+from blockstruct.views.figures.fragility import fragility
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.response import response
@@ -54,6 +55,7 @@ __all__ = [
     # of many analyses
     "compass",
     "distribution",
+    "fragility",
     "tornado",
     # all of an analysis
     "drawings",
