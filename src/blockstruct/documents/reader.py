@@ -201,7 +201,7 @@ def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, Joi
 
 def _points(values: Any, unit: str, who: str) -> Any:
     """Return points as one quantity; their unit is stated once."""
-    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit of the vertices")
+    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit")
 
 
 def _block(entry: dict[str, Any], material: Material) -> Block:
