@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 XDIST ?= -n auto
 
-.PHONY: demo test test-slow coverage lint docs bench bench-views pictures validation clean
+.PHONY: demo test test-slow attack coverage lint docs bench bench-views pictures validation clean
 
 demo: $(VENV)/installed
 	mkdir -p runs
@@ -16,6 +16,9 @@ test: $(VENV)/installed-dev
 test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest $(XDIST) -m slow
 	$(BIN)/python -m pytest $(XDIST) -m "hypothesis and not slow" --hypothesis-profile=wide
+
+attack: $(VENV)/installed-dev
+	$(BIN)/python -m pytest $(XDIST) tests/attack -m "slow or not slow"
 
 coverage: $(VENV)/installed-dev
 	$(BIN)/python -m pytest $(XDIST) --cov=blockstruct --cov-report=term:skip-covered

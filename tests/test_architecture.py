@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "contacts": {"model", "geometry"} | GROUND,
     "structures": {"model", "geometry"} | GROUND,
     "library": {"model"} | GROUND,
-    "imports": {"model", "geometry"} | GROUND,
+    "imports": {"structures", "model", "geometry"} | GROUND,
     "documents": {"model", "contacts", "structures"} | GROUND,
     "statics": {"model", "geometry"} | GROUND,
     "limit": {"statics", "model"} | GROUND,
@@ -39,7 +39,9 @@ MAY_IMPORT = {
     "storage": {"results", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "motion", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
+    "adapters": {API, "imports", "geometry", "units"},
     "views": {API, "analysis", "text", "geometry", "units", "vocabulary", "files"},
+    "__main__": {"cli"},
     "cli": {API, "keywords", "vocabulary", "analysis", "text", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
@@ -188,6 +190,16 @@ def test_the_import_is_light():
     )
     done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set() LazyRegistry"
+
+
+def test_the_help_of_the_console_loads_no_room_but_its_own():
+    code = "import sys; sys.argv[1:] = ['--help']; from blockstruct.cli import main\ntry: main()\n"
+    code += "finally: print(list(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {"numpy", "pint", *(f"blockstruct.{room}" for room in ROOMS)} & set(
+        ast.literal_eval(done.stdout.splitlines()[-1])
+    )
+    assert loaded == {f"blockstruct.{room}" for room in ("cli", "errors", "keywords", "vocabulary")}
 
 
 def test_what_is_loaded_later_is_there():

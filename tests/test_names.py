@@ -119,6 +119,22 @@ def test_a_file_that_appears_during_the_run_is_kept(model, done, tmp_path, conte
     assert bs.open_analysis(path)["rocks"].status == "converged"
 
 
+def test_a_copied_run_is_refused_before_anything_is_solved(model, done, tmp_path):
+    """The copy of the file that it was to replace is another file: nothing tells that nobody wants to keep it."""
+    original, copy = tmp_path / "original", tmp_path / "copy"
+    bs.save_analysis(done, original / "block.h5")
+    kill_run(model, original / "block.h5")
+    shutil.copytree(original, copy)
+    events = []
+    for go_on in (lambda path: bs.AnalysisManager.resume(path, listeners=[events.append]), bs.recover):
+        with pytest.raises(bs.errors.StorageError, match="another file has appeared"):
+            go_on(copy / "block.h5")
+    assert not events
+    (copy / "block.h5").unlink()
+    for path in (copy / "block.h5", original / "block.h5"):
+        assert bs.AnalysisManager.resume(path)["rocks"].status == "converged"
+
+
 def test_a_file_that_changes_during_the_run_is_kept(model, done, tmp_path):
     path = bs.save_analysis(done, tmp_path / "block.h5")
 

@@ -36,8 +36,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from blockstruct.units import Q_ as Q_
-
 __version__ = "0.1.0"
 
 #: Modules of the public names, from the stub that lists the names for type checkers. A name is imported at its first

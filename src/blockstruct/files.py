@@ -125,10 +125,15 @@ def _taken(path: Path) -> StorageError:
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    """Return a table as CSV without formulas for a spreadsheet.
+    """Return a table as CSV without formulas for a spreadsheet."""
+    return without_formulas(frame).to_csv(lineterminator="\n")
 
-    A text that a spreadsheet would run as a formula begins with an apostrophe. Names may come from any file:
-    ``=HYPERLINK(…)`` is one. Numbers are unchanged, including negative ones.
+
+def without_formulas(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table without texts that a spreadsheet would run as formulas.
+
+    Such a text begins with an apostrophe. Names may come from any file: ``=HYPERLINK(…)`` is one. Numbers are
+    unchanged, including negative ones.
     """
     plain = frame.copy(deep=False)
     for name, column in frame.items():
@@ -140,7 +145,7 @@ def csv_text(frame: pd.DataFrame) -> str:
     else:
         plain.index = _plain(index)
     plain.columns = _plain(frame.columns)
-    return plain.to_csv(lineterminator="\n")
+    return plain
 
 
 def _plain(values: Any) -> Any:

@@ -117,7 +117,7 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
     if isinstance(value, str):
         value = parse(value, what)
     if hasattr(value, "magnitude") and hasattr(value, "units"):
-        magnitude, factor = value.magnitude, _factor(str(value.units), dimension, what, typed)
+        magnitude, factor = value.magnitude, _factor(_name_of(value.units), dimension, what, typed)
     elif isinstance(value, bool):
         msg = f"{what}: {value} is not a number; give one, as in {_EXAMPLES.get(dimension, '0.65')!r}"
         raise UnitError(msg)
@@ -226,7 +226,7 @@ def short_unit(unit: str) -> str:
 
 def to_quantity(value: Any, dimension: str) -> Any:
     """Return the pint quantity of coherent-SI floats."""
-    return Q_(value, SI_UNITS[dimension])
+    return Q_(value, _si_unit(dimension))
 
 
 def quantity_text(values: Any, dimension: str, digits: int = 6) -> str:
@@ -297,7 +297,17 @@ def _factor(unit: str, dimension: str, what: str, typed: Any) -> float:
     return found
 
 
-# A thousand model objects share a few units, so each unit is converted once.
+# A thousand model objects share a few units, so each unit is named and converted once.
+@functools.cache
+def _name_of(unit: Any) -> str:
+    return str(unit)
+
+
+@functools.cache
+def _si_unit(dimension: str) -> Any:
+    return ureg.Unit(SI_UNITS[dimension])
+
+
 @functools.cache
 def _conversion(unit: str, dimension: str) -> float | None:
     """Return the factor to the coherent SI unit; None for other dimensions.

@@ -6,6 +6,8 @@ from unicodedata import category
 
 COMPONENTS = ("n", "s", "t")
 AXES = ("x", "y", "z")
+#: Motions of a block: along the global axes, and about them through its centroid.
+MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 FORMAT = "blockstruct-analysis"
 FORMAT_VERSION = "2.0"

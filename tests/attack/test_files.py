@@ -1,7 +1,7 @@
-"""An attack on files: finished ones, sealed again or not, and the working data of killed runs.
+"""Corrupted files: finished ones, sealed again or not, and the working data of killed runs.
 
-Every trial ends as refused by an error of ours, or as the analysis that was written. Under ``slow`` there are 2,000
-corruptions and 200 kills, in four parts each; a small share runs by default.
+Every trial ends as refused by an error of ours, or as the analysis that was written. Under ``slow`` there are 1,000; a
+small share runs by default.
 """
 
 import contextlib
@@ -16,11 +16,10 @@ import pytest
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.storage.run_folder import Journal
-from killed_runs import cases, kill_at_random, wall
+from killed_runs import cases, wall
 from processes import count
 from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
 
-GOOD = {"refused", "identical"}
 #: Half of the corruptions are near the beginning, where HDF5 keeps what its readers trust most.
 HEAD = 8192
 
@@ -229,33 +228,17 @@ def folder(tmp_path_factory):
     return folder
 
 
-#: Shares of the corruptions; quarters, so that several processes have some.
-SHARES = [(0.0, 0.005), *(pytest.param((k / 4, (k + 1) / 4), marks=pytest.mark.slow) for k in range(4))]
-
-
-@pytest.mark.parametrize("share", SHARES, ids=lambda share: f"{share[0]:g} to {share[1]:g}")
-def test_corrupted_files_are_refused_or_identical(folder, share):
-    table = {}
-    for k, (trial, n, *words) in enumerate(
-        [
-            (finished, 700, folder, True),
-            (finished, 500, folder, False),
-            (resealed, 300, folder),
-            (working, 350, folder, False),
-            (working, 150, folder, True),
-        ]
-    ):
-        name = " ".join([trial.__name__, *(str(w) for w in words[1:])])
-        table[name] = count(trial, range(*(1000 * k + round(end * n) for end in share)), *words)
-    for name, outcomes in table.items():
-        print(f"{name:<16} {sum(outcomes.values()):5d} trials  {dict(outcomes)}")
-    assert all(set(outcomes) <= GOOD for outcomes in table.values()), table
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 6))
-def test_50_kills_lose_no_iteration(tmp_path, seed):
-    whole = bs.AnalysisManager(wall(), tmp_path / "whole" / "wall.h5").run(cases())
-    (tmp_path / "killed").mkdir()
-    kill_at_random(tmp_path / "killed", whole, 50, seed)
-    print("50 kills, 0 committed iterations lost, 50 of 50 resumed")
+@pytest.mark.parametrize("share", [0.02, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("trial", "number", "more"),
+    [
+        (finished, 300, [True]),
+        (finished, 200, [False]),
+        (resealed, 200, []),
+        (working, 200, [False]),
+        (working, 100, [True]),
+    ],
+)
+def test_corrupted_files_are_refused_or_identical(folder, tell, trial, number, more, share):
+    seeds = range(round(share * number))
+    tell(f"corruptions: {trial.__name__} {''.join(map(str, more))}".strip(), count(trial, seeds, folder, *more))

@@ -171,7 +171,7 @@ def test_a_refusal_names_what_is_wrong(archive, expression, words):
 
 
 @pytest.mark.slow
-def test_the_attack(archive, tmp_path):
+def test_the_attack(archive, tmp_path, tell):
     """Every expression of above, and random pieces of all of them: rows, or one error of ours."""
     proof = tmp_path / "proof"
     given = {**{text: text.format(proof=proof) for text in HOSTILE}, **LARGE, **HARMLESS}
@@ -180,5 +180,5 @@ def test_the_attack(archive, tmp_path):
     for k in range(300):
         given[f"random {k}"] = " ".join(rng.choices(pieces, k=rng.randint(2, 9)))
     found = attack("conditions", [(name, lambda text=text: archive.select(text)) for name, text in given.items()])
-    assert {how for how, _ in found.values()} <= {"answered", "refused"}
+    tell("hostile conditions", (how for how, _ in found.values()))
     assert not proof.exists()

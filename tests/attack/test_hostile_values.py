@@ -367,7 +367,6 @@ def test_all_are_made_of_what_is_given():
 
 
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.slow)])
-def test_absurd_values(every):
+def test_absurd_values(every, tell):
     found = attack("values", trials(every))
-    bad = {name: said for name, said in found.items() if said[0] not in ("answered", "refused")}
-    assert not bad
+    tell("absurd values", (how for how, _ in found.values()))

@@ -162,30 +162,76 @@ def test_texts_of_an_analysis_are_printable(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["tags", "parameters", "study"])
-def test_files_with_hostile_texts_are_refused(call, tmp_path, small_analysis, name):
-    path = bs.save_analysis(
-        small_analysis.replaced(tags=["north"], study="s", parameters={"a": "b"}), tmp_path / "a.h5"
-    )
-    content = {"tags": json.dumps([HOSTILE]), "parameters": json.dumps({"a": HOSTILE}), "study": HOSTILE}[name]
+#: Texts that erase a line, set the title of the window, change colours, turn the direction, or hide what was printed.
+TERMINAL = ["\x1b[2K\x1b[1A", "\x1b]0;title\x07", "\x9b31m", "wall\u202e", "wall\rnothing"]
+
+
+def in_a_file(place, folder, text, analysis):
+    """Commands for an analysis file with a text in one place, sealed again."""
+    path = bs.save_analysis(analysis.replaced(tags=["north"], study="s", parameters={"a": "b"}), folder / "a.h5")
     with h5py.File(path, "r+") as file:
-        file.attrs[name] = content
+        match place:
+            case "tag":
+                file.attrs["tags"] = json.dumps([text])
+            case "parameter":
+                file.attrs["parameters"] = json.dumps({text: text})
+            case "study":
+                file.attrs["study"] = text
+            case "case":
+                next(iter(file["cases"].values())).attrs["name"] = text
+            case "block":
+                file["model"]["block"][0] = text
     seal_again(path)
-    with pytest.raises(bs.errors.FormatError, match="printable"):
-        bs.open_analysis(path)
-    for words in (("show", path), ("archive", tmp_path), ("diff", path, path), ("validate", path)):
-        _, out, err = call(*words)
-        assert not {"\x1b", "\x07", "\u202e"} & set(out + err)
+    return [("show", path), ("archive", folder), ("diff", path, path), ("validate", path)]
 
 
-def test_names_in_errors_reach_the_terminal_escaped(call, tmp_path):
-    path = tmp_path / f"{HOSTILE}.obj"
-    path.write_text(f"o {HOSTILE}\n{obj_text()}f 1 2 99\n", encoding="utf-8")
-    words = ("-o", tmp_path / "m.yaml", "--unit", "m", "--unit-weight", "20 kN/m^3", "--friction", "0.6")
-    code, out, err = call("import", path, *words)
-    assert code == 2
-    assert not {"\x1b", "\x07", "\u202e"} & set(out + err)
-    assert r"\x1b[2K\x1b]0;title\u202e" in err
+def in_an_import(place, folder, text, _):
+    """Commands for a mesh with a text in its name, or in the names of its bodies."""
+    path = folder / (f"{text}.obj" if place == "file name" else "a.obj")
+    good = f"o {text}\n{obj_text()}"
+    words = (
+        "-o",
+        folder / "m.yaml",
+        "--unit",
+        "m",
+        "--unit-weight",
+        "20 kN/m3",
+        "--friction",
+        "0.6",
+        "--fix",
+        "lowest",
+    )
+    path.write_text(good if place == "body" else f"{good}f 1 2 99\n", encoding="utf-8")
+    return [("import", path, *words)]
+
+
+def in_a_document(_, folder, text, analysis):
+    """Commands for a model document with a text as the name of a block."""
+    path = bs.write_document(folder / "a.json", analysis.model, [result.case for result in analysis.values()])
+    name = json.dumps(analysis.model.blocks[1].name)
+    path.write_text(path.read_text(encoding="utf-8").replace(name, json.dumps(text)), encoding="utf-8")
+    return [("validate", path), ("check", path), ("run", path, "-o", folder / "b.h5")]
+
+
+@pytest.mark.parametrize("texts", [TERMINAL[:1], pytest.param(TERMINAL, marks=pytest.mark.slow)], ids=len)
+@pytest.mark.parametrize(
+    ("place", "made"),
+    [
+        *((place, in_a_file) for place in ("tag", "parameter", "study", "case", "block")),
+        *((place, in_an_import) for place in ("file name", "body")),
+        ("document", in_a_document),
+    ],
+)
+def test_no_text_of_a_stranger_reaches_the_terminal_raw(call, tmp_path, tell, small_analysis, place, made, texts):
+    outcomes = []
+    for k, text in enumerate(texts):
+        folder = tmp_path / f"{k}"
+        folder.mkdir()
+        said = ["".join(call(*words)[1:]) for words in made(place, folder, text, small_analysis)]
+        raw = {c for c in "".join(said) if not c.isprintable() and c != "\n"}
+        outcomes.append("wrong" if raw else "raw" if "Traceback" in "".join(said) else "escaped")
+        print(place, ascii(text), raw, said[0][:200])
+    tell("texts at a terminal", outcomes)
 
 
 def test_a_certificate_that_holds_against_its_measures_is_refused(tmp_path, small_analysis):

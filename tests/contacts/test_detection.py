@@ -7,6 +7,9 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.contacts import detection
+from blockstruct.errors import GeometryError
+from blockstruct.model import fit
 from properties import few
 from structures import moved, rotation, solve
 
@@ -47,6 +50,33 @@ def test_a_gap_is_accepted_a_near_miss_or_rejected(gap, reason, near_miss):
     assert contact.area == pytest.approx(1.0)
     assert contact.orientation == bs.vocabulary.JointOrientation.HEAD
     assert [o[:2] for o in report.overlaps] == ([("a", "b")] if gap < -0.001 else [])
+
+
+def test_a_detection_gives_the_overlaps_of_its_own_blocks_only(monkeypatch):
+    blocks = [FLOOR, box("a", [0, 0, 0]), box("b", [1 - 2e-5, 0, 0])]
+    found = detect(*blocks)
+    gap = found.report.tolerances.gap
+    assert [pair[:2] for pair in found.overlaps_of(blocks, gap)] == [(1, 2)]
+    assert found.overlaps_of([*blocks[:2], box("b", [1, 0, 0])], gap) is None
+    assert found.overlaps_of(blocks, gap / 2) is None
+    monkeypatch.setattr(fit, "overlapping_pairs", None)
+    with pytest.raises(GeometryError, match="overlapping blocks"):
+        bs.Model("same", blocks, found)
+
+
+def test_blocks_of_the_same_shapes_are_searched_once(monkeypatch):
+    def blocks(x):
+        return [FLOOR, box("a", [0, 0, 0]), box("b", [x, 0, 0])]
+
+    first = bs.detect_interfaces(blocks(1), DRY)
+    monkeypatch.setattr(detection, "coplanar_face_pairs", None)
+    again = bs.detect_interfaces(blocks(1), {"bed": LIME, "*": DRY})
+    assert again.report == first.report
+    assert [i.joint_material for i in again.interfaces] == [LIME, LIME, DRY]
+    assert bs.Model("again", blocks(1), again).joint_materials == {"lime": LIME, "dry": DRY}
+    for other in (lambda: detect(*blocks(1.5)), lambda: detect(*blocks(1), tolerance="1 mm")):
+        with pytest.raises(TypeError, match="not callable"):
+            other()
 
 
 def test_a_penetration_is_an_overlap_with_its_depth():
@@ -138,7 +168,7 @@ def test_the_report_lists_and_tabulates_its_findings():
         FLOOR, box("a", [0, 0, 0]), box("b", [1.0003, 0, 0]), box("c", [4, 0, 3]), tolerance="0.2 mm"
     ).report
     text = str(report)
-    assert text.startswith("2 interfaces, 2 m^2 (gap tolerance 0.0002 m)")
+    assert text.startswith("2 interfaces, 2 m^2 (gap tolerance 0.0002 m, angle 1 deg)")
     assert "rejected: a | b: gap, gap 0.3 mm, angle 0°, area 1 m² (near miss)" in text
     assert "joints: bed 2 m^2" in text
     table = report.table()
@@ -150,7 +180,7 @@ def test_the_report_lists_and_tabulates_its_findings():
 def test_a_long_list_is_short_in_print_and_complete_in_the_table():
     blocks = [FLOOR, *(box(f"{k}", [0, 0, 2 + 2 * k]) for k in range(30))]
     report = detect(*blocks).report
-    assert "block without interface: 11 more, all in report.table()" in str(report)
+    assert "block without interface: 11 more" in str(report)
     assert (report.table()["finding"] == "floating").sum() == 30
 
 

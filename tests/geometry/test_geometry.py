@@ -11,6 +11,7 @@ from blockstruct.geometry import (
     box_pairs,
     common_areas,
     coplanar_face_pairs,
+    overlap,
     overlapping_pairs,
     polygon_area,
     polygon_cells,
@@ -24,6 +25,7 @@ from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
 from structures import moved, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
+DOME = {"span": "4 m", "thickness": "60 cm", "courses": 4, "units": 8, "oculus": "1.2 m"}
 
 
 def prism(outline, height, name="prism", z=0.0):
@@ -275,3 +277,28 @@ def test_faces_of_rounded_bodies():
     assert inset(square, up, sides, 0.5) is None
     assert largest_radius(square, up, sides) == pytest.approx(0.5, rel=1e-12)
     assert largest_radius(square, up, np.tile(up, (4, 1))) == np.inf
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_reject_no_pair_in_which_samples_find_an_overlap(monkeypatch, seed):
+    # Corners on a grid, so that many pairs touch along faces, edges and corners, and turned bodies among them.
+    r = np.random.default_rng(seed)
+    u_shape = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]
+    (unit,) = [b for b in bs.structures.dome(**DOME, material=STONE) if b.name == "2.1"]
+    shapes = [prism(L_SHAPE, 1.0), prism(u_shape, 1.0), polyhedron(*box((0, 0, 0), (1, 2, 1)), "box"), unit.shape]
+    bodies = []
+    for k in range(14):
+        shape = shapes[k % len(shapes)]
+        R = rotation(r.normal(size=3), r.uniform(0, 3)) if r.random() < 0.4 else np.eye(3)
+        at = r.integers(0, 4, size=3) - shape.vertices.min(axis=0).round()
+        bodies.append(polyhedron((shape.vertices + at) @ R.T, shape.faces, "body"))
+    found = overlapping_pairs(bodies, 1e-6)
+    monkeypatch.setattr(overlap, "may_overlap", lambda _, i, *__: np.ones(len(i), dtype=bool))
+    assert found == overlapping_pairs(bodies, 1e-6)
+    assert 0 < len(found) < 91
+
+
+def test_touching_units_of_a_dome_need_no_samples(monkeypatch):
+    bodies = [b.shape for b in bs.structures.dome(**DOME, material=STONE)]
+    monkeypatch.setattr(overlap, "_sampled_depth", None)
+    assert overlapping_pairs(bodies, 1e-6) == []

@@ -104,3 +104,27 @@ def test_the_command_adds_a_ground(call, tmp_path):
     assert code == 0, err
     assert "a fixed block 'ground' added, its top at 0 m" in out
     assert "3 blocks, 1 fixed (ground)" in out
+
+
+def test_supports_of_some_motions(tmp_path):
+    path = mesh(tmp_path / "a.obj")
+    found = read(path, fixed=["pier 1", "pier 2:x, ry"])
+    assert [b.held for b in found.blocks] == [bs.vocabulary.MOTIONS, ("x", "ry")]
+    assert found.report.supports == ("pier 1",)
+    assert "held in x, ry alone: pier 2" in str(found.report)
+    together = read(path, fixed=["pier *:x", "lowest:y"])
+    assert [b.held for b in together.blocks] == [("x", "y"), ("x",)]
+    with refused(bs.errors.UnknownNameError, "no block 'pier 2:u' to fix NAME:x,z"):
+        read(path, fixed=["pier 2:u"])
+
+
+def test_the_command_holds_a_wall_at_its_head(call, tmp_path):
+    words = ("--unit", "m", "--unit-weight", "20 kN/m3", "--friction", "1.2", "--ground", "0 m", "--fix", "pier 2:x")
+    code, out, err = call("import", mesh(tmp_path / "a.obj"), "-o", tmp_path / "a.yaml", *words)
+    assert code == 0, err
+    assert "1 support of some motions: pier 2 holds x" in out
+    code, out, err = call("run", tmp_path / "a.yaml")
+    assert code == 0, err
+    # As tests/validation/test_rollers.py: t (3 a + 2 c) / a², and −W (α + t / c).
+    assert "collapses at load factor 2.5 " in out
+    assert "Support pier 2 holds x with -30 kN." in out

@@ -39,7 +39,7 @@ def test_a_wall_out_of_plane_is_one_body_about_its_edge():
     (hinges,) = main_joints(result.history).values()
     assert len(hinges) == 5
     assert "33 of 33 free blocks move, 100% of the weight, as 1 body." in result.describe()
-    assert "turns about the axis along x through y = 0 m, z = 0 m; its centroid moves towards" in result.describe()
+    assert "leans towards −y, turning about the axis along x through y = 0 m, z = 0 m." in result.describe()
 
 
 @pytest.mark.parametrize(("procedure", "on_path"), [("fictitious", False), ("loading path", True)])
@@ -107,7 +107,7 @@ def test_an_axis_far_from_the_origin_keeps_its_decimals():
     blocks, joint = single_block(0.5, 3.0)
     model = model_of(moved(blocks, np.eye(3), (25.164, 0, 312.75)), joint)
     (body,) = solve(model, push(1, 0, 0)).macro_blocks
-    assert "turns about the axis along y through x = 25.66 m, z = 312.75 m" in motion_of(body)
+    assert "leans towards +x, turning about the axis along y through x = 25.66 m, z = 312.75 m" in motion_of(body)
 
 
 def test_solver_noise_of_an_axis_is_rounded_to_zero():
@@ -137,6 +137,31 @@ def test_carried_weights_count_as_in_the_participating_mass():
     assert result.macro_blocks[0].total == macro_blocks(model, result.mechanism, dead=dead)[0].total
     handles = figures.mechanism(result, colour="macro-block").get_legend().get_texts()
     assert "205 kN, 61 kN of it carried" in " ".join(label.get_text() for label in handles)
+
+
+@pytest.mark.parametrize(
+    ("translation", "axis", "words"),
+    [
+        (
+            (0.99, 0.14, -0.3),
+            (-0.14, 0.99, 0),
+            "leans towards +x (99%), turning about an inclined axis near (1, 2, 3) m",
+        ),
+        ((0, -1, 0), (0, 0, 1), "swings towards −y, turning about the axis along z through x = 1 m, y = 2 m"),
+        ((0.1, 0, -1), (0, 1, 0), "moves towards −z, turning about the axis along y through x = 1 m, z = 3 m"),
+    ],
+)
+def test_bodies_move_in_words(translation, axis, words):
+    unit = np.array(axis) / np.linalg.norm(axis)
+    assert motion_clause(np.array(translation), (unit, np.array([1.0, 2, 3])), np.zeros(3), 1.0) == words
+
+
+def test_bodies_as_a_table_of_vectors():
+    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
+    table, (body,) = result.bodies, result.macro_blocks
+    assert table.loc["body 1", ["axis_x", "axis_z"]].to_list() == pytest.approx([0.5, 0.0], abs=1e-5)
+    assert table.loc["body 1", "rotation_y"] == body.rotation[1]
+    assert table.attrs["units"]["translation_x"] == "dimensionless"
 
 
 def test_many_bodies_are_counted():

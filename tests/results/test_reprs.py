@@ -53,7 +53,7 @@ def test_everything_has_a_table(objects):
     *_, result, _ = objects
     texts = Tags(result._repr_html_()).texts
     assert result.headline.text(6) in texts
-    assert {"equilibrium residual", "1e-06", "dead wrenches of the block"} <= set(texts)
+    assert {"equilibrium", "1e-06"} <= set(texts)
 
 
 def test_names_are_not_markup(small_model, small_cases):
@@ -75,14 +75,12 @@ def test_a_certificate_prints_each_measure_with_its_tolerance(small_analysis):
     result = next(iter(small_analysis.values()))
     first, *lines = str(result.certificate).splitlines()
     assert first == "certificate holds"
-    assert lines[1].endswith(" dead wrenches of the lighter block, or the normal force there")
-    assert lines[3].endswith(" units of the load factor; of the dead load, if a reaction")
-    assert [line.split("(")[0].split()[:-1] for line in lines] == [
-        ["equilibrium", "residual"],
-        ["yield", "excess"],
-        ["interpenetration"],
-        ["flow-rule", "gap"],
-    ]
-    assert all("(tolerance " in line for line in lines)
+    texts = result.certificate.texts.values()
+    for line, name, (value, limit) in zip(
+        lines, ("equilibrium", "strength", "contact", "flow rule"), texts, strict=True
+    ):
+        assert line.strip().startswith(f"{name}:")
+        assert f" {value} of " in line
+        assert line.endswith(f"(tolerance {limit})")
     limit = result.settings.numerics.gap_tolerance * result.load_factor
     assert result.certificate.tolerances["flow_rule_gap"] == pytest.approx(limit)

@@ -1,8 +1,6 @@
 """Runs of a small wall that are killed at any moment, and what must be left of them."""
 
 import contextlib
-import random
-import shutil
 import time
 
 import pytest
@@ -29,25 +27,42 @@ def cases() -> list[bs.LimitCase]:
     ]
 
 
-def run(path, report, pause=0.0):
+def run(path, report):
     """Run the wall; tell of every event after it is committed."""
-
-    def tell(event):
-        match event:
-            case IterationDone(case):
-                report.send(case.name)
-        time.sleep(pause)
-
-    manager = bs.AnalysisManager(wall(), path, listeners=[tell])
+    manager = bs.AnalysisManager(wall(), path, listeners=[teller(report)])
     report.send("begun")
     manager.run(cases())
     report.send("finished")
 
 
-def killed(path, seconds):
-    """Run the wall in a process of its own, kill it so long after it has begun, and give what it has told."""
+def resume(path, report):
+    """Go on with a killed run of the wall; its replayed iterations are told of, too."""
+    report.send("begun")
+    bs.AnalysisManager.resume(path, listeners=[teller(report)])
+    report.send("finished")
+
+
+def recover(path, report):
+    """Keep what a killed run has found."""
+    report.send("begun")
+    bs.recover(path)
+    report.send("finished")
+
+
+def teller(report):
+    def tell(event):
+        match event:
+            case IterationDone(case):
+                report.send(case.name)
+        time.sleep(0.005)
+
+    return tell
+
+
+def killed(job, path, seconds, *words):
+    """Do a job in a process of its own, kill it so long after it has begun, and give what it has told."""
     here, there = FRESH.Pipe(duplex=False)
-    process = FRESH.Process(target=run, args=(path, there, 0.005))
+    process = FRESH.Process(target=job, args=(path, there, *words))
     process.start()
     there.close()
     told = [here.recv()]
@@ -94,16 +109,3 @@ def check_resumed(path, whole):
         assert result.load_factor == pytest.approx(whole[name].load_factor, rel=1e-6)
     assert [p.name for p in path.parent.iterdir()] == [path.name]
     assert bs.open_analysis(path).status == "finished"
-
-
-def kill_at_random(folder, whole, times, seed):
-    moments = random.Random(seed)
-    for k in range(times):
-        path = folder / f"{k}" / "wall.h5"
-        path.parent.mkdir()
-        told = killed(path, moments.uniform(0.0, 0.9))
-        if k % 2:
-            check_survivors(path, told, whole)
-        if path.is_file() or is_unfinished(path):
-            check_resumed(path, whole)
-        shutil.rmtree(path.parent)

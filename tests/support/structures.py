@@ -31,7 +31,7 @@ def moved(blocks: Sequence[bs.Block], R: np.ndarray, shift: Sequence[float] = (0
     """Blocks after a rigid motion."""
     return [
         bs.Block.from_faces(
-            b.name, Q_(b.shape.vertices @ R.T + np.asarray(shift), "m"), b.shape.faces, b.material, fixed=b.fixed
+            b.name, Q_(b.shape.vertices @ R.T + np.asarray(shift), "m"), b.shape.faces, b.material, fixed=b.held
         )
         for b in blocks
     ]

@@ -23,8 +23,8 @@ class HangError(BaseException):
 
 
 @contextmanager
-def bounded():
-    """Context that ends after five seconds, and in which memory is short."""
+def bounded(seconds=SECONDS):
+    """Context that ends after some seconds, and in which memory is short."""
 
     def stop(number, frame):
         raise HangError
@@ -33,7 +33,7 @@ def bounded():
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, hard))
-    signal.setitimer(signal.ITIMER_REAL, SECONDS)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
@@ -42,19 +42,21 @@ def bounded():
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
-def outcome(trial: Callable[[], Any]) -> tuple[str, str]:
+def outcome(trial: Callable[[], Any], seconds: float = SECONDS) -> tuple[str, str]:
     """How a trial ended, and what it said: ``answered``, ``refused``, or what must not happen."""
     try:
-        with bounded(), warnings.catch_warnings():
+        with bounded(seconds), warnings.catch_warnings():
             warnings.simplefilter("ignore", bs.errors.UnusualValueWarning)
             return "answered", repr(trial())[:80]
     except HangError:
-        return "HANG", ""
+        return "hang", ""
+    except AssertionError as error:
+        return "wrong", str(error)
     except bs.errors.BlockstructError as error:
         said = str(error)
-        return ("refused", said) if len(said) <= MESSAGE else ("LONG MESSAGE", said)
+        return ("refused", said) if len(said) <= MESSAGE else ("long message", said)
     except BaseException as error:  # whatever else comes out is what the attack looks for
-        return "RAW", f"{type(error).__name__}: {error}"[:400]
+        return "raw", f"{type(error).__name__}: {error}"[:400]
 
 
 def attack(what: str, trials: Iterable[tuple[str, Callable[[], Any]]]) -> dict[str, tuple[str, str]]:

@@ -36,6 +36,8 @@ NOTES = [
     text.torsion_note(["a", "b", "c", "d", "e"], 1.848, None, "load factor", at_corners=True),
     text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
     text.torsion_note(["a|b"], 1.13, None, "reaction", at_corners=False),
+    text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR),
+    text.effect_note(NoteCode.BIAXIAL_CRUSHING, 1.0, 1.02, REACTION),
     text.biaxial_note(["a|b"], 1.5, is_reaction=False),
     text.cells_note(1, 2, (62, 64), 0.052, is_reaction=False),
     text.cells_note(1, 1, (64, 64), 0.052, is_reaction=True),
@@ -74,6 +76,11 @@ def test_the_words_of_every_note():
     pinned = Path(__file__).with_name("notes.txt").read_text(encoding="utf-8").splitlines()
     assert [f"{note.code} ({note.severity}): {note}" for note in NOTES] == pinned
     assert {note.code for note in NOTES} == set(NoteCode) - {NoteCode.MASSES}
+
+
+def test_effects_below_one_percent_have_no_note():
+    assert text.effect_note(NoteCode.CORNER_TORSION, 0.5, 0.4951, LOAD_FACTOR) is None
+    assert text.effect_note(NoteCode.CORNER_TORSION, 0.5, 0.4949, LOAD_FACTOR) is not None
 
 
 def test_a_settled_bounded_number_has_no_caveat():

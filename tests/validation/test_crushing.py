@@ -19,7 +19,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import crushing
 from blockstruct.results.utilisation import beyond_rectangle
-from blockstruct.text import biaxial_note
+from blockstruct.text import NoteCode, effect_note
 from structures import divided, model_of, moved, push, random_frame, rotation, single_block, solve
 
 EXACT = {"crushing": "conic"}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}
@@ -106,11 +106,14 @@ def test_crushing_about_both_axes_is_told(flow):
     assert rectangle.load_factor == pytest.approx(0.5 * b / h, rel=1e-6)
     assert edges.load_factor / exact == pytest.approx(1.419, abs=1e-3)
     assert float(edges.utilisation["crushing"][-1, 0]) == pytest.approx(4.0, rel=1e-5)
-    assert edges.notes == (biaxial_note(["ground|block"], 1.5, is_reaction=False),)
-    assert edges.crushing_warning in edges.describe()
+    assert edges.outcome.biaxial_crushing == pytest.approx(rectangle.load_factor, rel=1e-9)
+    assert edges.notes == (
+        effect_note(NoteCode.BIAXIAL_CRUSHING, edges.load_factor, rectangle.load_factor, edges.answer),
+    )
+    assert edges.notes[0].text in edges.describe()
     assert rectangle.notes == ()
     # About one axis the edges are exact.
-    assert solve(model, push(1, 0, 0), flow).crushing_warning == ""
+    assert solve(model, push(1, 0, 0), flow).notes == ()
 
 
 @pytest.mark.parametrize(("share", "told"), [(1e-7, False), (1e-5, False), (1e-3, True)])
@@ -129,7 +132,7 @@ def test_crushing_about_both_axes_is_told_by_what_the_number_owes_to_it(share, t
     assert times == pytest.approx((1 - share) / (1 - math.sqrt(share)), rel=1e-5)
     assert float(beyond_rectangle(edges.history)["ground|block"]) == pytest.approx(times, rel=1e-4)
     assert float(beyond_rectangle(rectangle.history)["ground|block"]) == pytest.approx(1, rel=1e-4)
-    assert bool(edges.crushing_warning) is told
+    assert bool(edges.notes) is told
 
 
 @pytest.mark.parametrize("ft", [2e3, 2e4])

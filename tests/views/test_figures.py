@@ -696,3 +696,11 @@ def test_the_load_factor_stands_next_to_an_elevation():
     right = ax.transData.inverted().transform(text.get_window_extent().corners())[:, 0].max()
     assert right < 0.0
     assert ax.bbox.x0 <= text.get_window_extent().x0
+
+
+def test_results_plot_themselves(rocking):
+    _, result = rocking
+    assert result.plot(look="y").get_xlabel() == "x [m]"
+    assert result.plot("structure", color="sliding").get_figure() is not None
+    with pytest.raises(bs.errors.ModelError, match="give one of mechanism"):
+        result.plot("bending")

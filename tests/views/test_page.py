@@ -70,9 +70,9 @@ def test_the_page_names_the_pushed_masses():
     done = bs.AnalysisManager(model).run([bs.LimitCase("push", dead, push(1, 0, 0), "associative")])
     (case,) = payload(done)["cases"]
     assert case["loads"].startswith(
-        "dead + load factor × push, associative flow. The mass-proportional load 'push' acts"
+        "dead + load factor × push, associative flow. Pushed weight: 6.4 kN masonry + 1.6 kN"
     )
-    assert "1.6 kN of area loads" in case["loads"]
+    assert "1.6 kN area loads" in case["loads"]
 
 
 def test_the_page_has_the_loads():
@@ -543,3 +543,11 @@ def test_stages_have_no_underscores(small_model):
     stages = {stage for case in payload(found)["cases"] for stage in case["stage"]}
     assert "loading path" in stages
     assert not any("_" in stage for stage in stages)
+
+
+def test_analysis_views_itself(analysis, html, tmp_path, monkeypatch):
+    assert analysis.view(tmp_path / "page.html").read_text(encoding="utf-8") == html
+    shown = []
+    monkeypatch.setattr("webbrowser.open", shown.append)
+    page = analysis.view()
+    assert shown == [page.as_uri()]

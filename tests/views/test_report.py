@@ -96,9 +96,9 @@ def test_the_report_has_model_and_results():
         "unlimited",
         "<td>area of an interface</td><td>0.4 m², 0.4 m² in all</td>",
         "the variable load and its load factor α",
-        "The certificate holds: equilibrium is met to",
+        "The certificate holds: equilibrium is off by at most",
         "(tolerance 1e-06)",
-        "(5e-04) in units of the load factor",
+        "of the load factor (5e-04)",
         "gap tolerance",
         "crushing is not checked",
         "the load factor is not unique",
@@ -107,7 +107,8 @@ def test_the_report_has_model_and_results():
     ):
         assert text in html, text
     assert html.count("certificate holds") == 1
-    assert html.count("data:image/png;base64,") == 7
+    # Mechanism on the first page and on its own, geometry, forces, convergence.
+    assert html.count("data:image/png;base64,") == 5
     assert not re.search(r'(src|href)="(?!data:)', html)
 
 
@@ -155,8 +156,8 @@ def test_a_spread_has_its_table_and_the_run_as_given(small_model):
     assert "<td>shifted</td><td>procedure shifted, schedule max programs 40</td>" in html
     assert re.findall(r"<section>\s*<h3>(.*?)</h3>", html) == ["push"]
     # The number of the run as given stands first, and alone.
-    head = html[: html.index("Spread of push")]
-    assert re.findall("<strong>(.*?)</strong>", head) == [f"{spread.load_factor:.4g}"]
+    head = html[: html.index("<h2>Model</h2>")]
+    assert re.findall(r"<strong>([\d.]+)</strong>", head) == [f"{spread.load_factor:.4g}"]
     assert f">{spread.upper_bound.load_factor:.4g}</td>" in head
 
 
@@ -170,8 +171,7 @@ def test_names_are_text_in_any_script():
     html = report_html(run([case(name, flow="associative") for name in names]))
     assert "<script" not in html
     for shown in ("&lt;script&gt;alert(1)&lt;/script&gt;", "pression é 墙 η", "a &amp; b"):
-        # The first case is that of the summary, in its sentence and below its picture, too.
-        assert html.count(shown) == (5 if "script" in shown else 2), shown
+        assert html.count(shown) >= 2, shown
 
 
 def test_every_kind_of_load_is_described():
@@ -210,10 +210,10 @@ def test_every_kind_of_load_is_described():
 
 def test_the_masses_of_a_push_are_an_assumption():
     html = report_html(run([case(flow="associative")]))
-    assert "acts on the weight of the free blocks, 6.4 kN, alone." in html
+    assert "Pushed weight: 6.4 kN masonry." in html
     dead = bs.LoadPattern("carrying", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
     html = report_html(run([bs.LimitCase("case", dead, push(1, 0, 0), "associative")]))
-    assert "6.4 kN, and on 1.6 kN of area loads of &#39;carrying&#39;." in html
+    assert "Pushed weight: 6.4 kN masonry + 1.6 kN area loads." in html
 
 
 def test_a_firm_changes_the_blocks_it_wants(tmp_path):
@@ -281,7 +281,8 @@ def test_the_report_prints_its_own_margins_and_splits_no_sentence(browser, tmp_p
     images = page.evaluate(
         "Array.from(document.querySelectorAll('section:not(.summary) img'), e => e.width / document.body.clientWidth)"
     )
-    assert min(images) > 0.9
+    # Three small pictures stand in a row of the appendix.
+    assert min(images) > 0.3
     page.close()
 
 

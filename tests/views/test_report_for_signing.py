@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.lines import HIGHER
-from blockstruct.text import report
+from blockstruct.text import Note, NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures import drawings
 from blockstruct.views.report import report_html, write_report
@@ -44,7 +44,7 @@ def spread(small_model):
 
 
 def summary(html):
-    return html[html.index('<section class="summary">') : html.index("<h2>Verification</h2>")]
+    return html[html.index('<section class="summary">') : html.index('id="after-summary"')]
 
 
 def pages(path):
@@ -79,7 +79,6 @@ def test_the_first_page_has_the_number_relied_on(block):
     ):
         assert text in head, text
     assert head.count("<img") == 1
-    assert "Assumptions" in head
     plain = summary(report_html(block))
     assert "Relied on: load factor 0.1 of “push”. It is checked against no demand." in plain
     assert plain.count("<b>") == 1
@@ -88,19 +87,19 @@ def test_the_first_page_has_the_number_relied_on(block):
 def test_the_verification_gives_every_formula(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE, method="displacement")
     html = report_html(block, checks=[check])
-    part = html[html.index("<h2>Verification</h2>") : html.index("<h2>Analysis</h2>")]
+    first, part = html[: (begin := html.index('<section class="case">'))], html[begin:]
     # No line ends between a number and its unit, or between a symbol and its value.
     assert "d<sub>SLV</sub>\u00a0=\u00a00.4 d<sub>0</sub>\u00a0=\u00a00.4 · 0.2\u00a0m =\u00a00.08\u00a0m" in part
     assert re.search(r"T<sub>SLV</sub>\u00a0=\u00a01\.68\u00a0π\u00a0√\(d/a\) =\u00a01\.68\u00a0π\u00a0√\(", part)
     part = part.replace("\u00a0", " ")
-    rows = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", part)
+    tables = "".join(re.findall(r'<table class="calculation">.*?</table>', part, re.DOTALL))
+    rows = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", tables)
     assert len(rows) == sum(len(section.lines) for section in check.sections)
     assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows
     assert "SLV, by displacement: capacity / demand" in part
-    first = summary(html)
     assert "Displacements are small, except along the capacity curve of a check: equilibrium" in first
     assert "a body turns through finite angles" in first
-    assert "Displacements are small: equilibrium" in summary(report_html(block))
+    assert "Displacements are small: equilibrium" in report_html(block)
     assert (first.count(HIGHER), part.count(HIGHER), report_html(block).count(HIGHER)) == (1, 1, 0)
     assert report.NO_DEMAND in report_html(block)
 
@@ -111,7 +110,7 @@ def test_changed_coefficients_stand_next_to_the_verdict(block):
     assert "satisfied" in summary(html)
     (note,) = check.notes
     assert note.text in summary(html)
-    assert html.count(note.text) == 2
+    assert html.count(note.text) == 1
 
 
 def test_a_long_table_has_its_titles_on_every_page(tmp_path):
@@ -175,10 +174,10 @@ def test_the_report_is_a_pdf_of_numbered_pages(block, tmp_path):
     # The summary is one page, and nothing else is on it.
     assert "Town of Lucca" in found[0]
     assert "capacity / demand" in found[0]
-    assert "partial safety factor" in found[0]
-    assert "Verification" not in found[0]
-    assert found[1].splitlines()[1].startswith("Verification") or "Verification" in found[1]
-    assert "Appendix: settings and versions" in found[-1]
+    assert "Model" not in found[0]
+    assert "Model" in found[1]
+    assert "partial safety factor" in found[1]
+    assert "Settings and versions" in found[-1]
 
 
 @pytest.mark.slow
@@ -187,20 +186,19 @@ def test_a_page_with_two_checks_and_notes_keeps_a_picture_that_can_be_read(block
     checks = [bs.assess.local_mechanism(result, 1.35, SITE) for result in analysis.values()]
     project = dict.fromkeys(("client", "engineer", "place", "date", "protocol", "drawing"), "Lucca")
     found = pages(write_report(analysis, tmp_path / "r.pdf", project=project, checks=checks))
-    assert "moves, to first order" in found[0]
-    assert "partial safety factor" in found[0]
-    assert "Verification" in found[1]
+    assert "moves, to first order" in found[0].replace("\n", " ")
+    assert "partial safety factor" in found[1]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "pictured"), [(1, True), (9, False)])
 def test_a_page_that_is_full_leaves_the_picture_out(block, tmp_path, count, pictured):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
-    full = dataclasses.replace(check, notes=("note " * 60,) * count)
+    notes = tuple(Note(NoteCode.RANGE, Severity.CAUTION, f"{k} " + "note " * 60) for k in range(count))
+    full = dataclasses.replace(check, notes=notes)
     found = pages(write_report(block, tmp_path / "r.pdf", checks=[full]))
-    assert ("moves, to first order" in found[0]) == pictured
-    assert "partial safety factor" in found[0]
-    assert "Verification" in found[1]
+    assert ("moves, to first order" in found[0].replace("\n", " ")) == pictured
+    assert "Model" in found[1]
 
 
 def test_no_line_ends_within_a_quantity(block, tmp_path):
@@ -272,7 +270,7 @@ def test_a_reaction_is_no_load_factor(block):
     alone = bs.AnalysisManager(block.model).run([settlement])
     head = summary(report_html(alone))
     assert "Relied on: reaction 32\u00a0kN of “ground sinks”" in head
-    assert "load factor" not in head[: head.index("Assumptions")]
+    assert "load factor" not in head
 
 
 @pytest.mark.slow
@@ -286,10 +284,9 @@ def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
     assert html.startswith("<!doctype html>")
     assert "And 4 more cases, below." in summary(html)
     assert "pushed in 12 directions" in html
-    assert html.count("<td>associative</td>") == 8 + 12
+    assert html.count("<td>converged</td>") == 8 + 12
     found = pages(write_report(analysis, tmp_path / "r.pdf"))
-    assert "partial safety factor" in found[0]
-    assert "Verification" in found[1]
+    assert "Model" in found[1]
 
 
 @pytest.mark.slow
@@ -300,5 +297,5 @@ def test_the_name_of_a_tie_stays_whole(tmp_path, monkeypatch):
     tie = bs.Tie("catena", *ends, yield_force="10 kN", elongation_limit="30 mm")
     tied = model_of(blocks, joint).with_ties([tie])
     found = pages(write_report(bs.AnalysisManager(tied).run([case("push", (1, 0, 0))]), tmp_path / "r.pdf"))
-    rows = next(page for page in found if "yield force 10 kN" in page).partition("name kind from to")[2]
+    rows = next(page for page in found if "yield force 10 kN" in page).partition("tie kind from to")[2]
     assert "\ncatena tie ground at" in rows

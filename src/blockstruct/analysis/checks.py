@@ -5,10 +5,15 @@ from collections.abc import Sequence
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
 from blockstruct.limit import LimitProblem, check_pushover
-from blockstruct.model import Case, Pushover, RecordCase, check_unrepeated
+from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated
 from blockstruct.motion import check_record
 from blockstruct.statics import MovingStructure, Statics
 from blockstruct.storage import patterns
+
+
+def located_cases(model: Model, cases: Sequence[Case]) -> list[Case]:
+    """Return the cases with the names of the blocks at control points."""
+    return [case.located(model) if isinstance(case, Pushover) else case for case in cases]
 
 
 def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProblem]:

@@ -10,14 +10,15 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.analysis.checks import checked_problems
+from blockstruct.analysis.checks import checked_problems, located_cases
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.planning import Run, blank_history, planned_result, runs_of
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
 from blockstruct.analysis.recorder import Recorder
-from blockstruct.analysis.replay import ReplaySolver, followed
+from blockstruct.analysis.remedies import with_effects
+from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.analysis.responding import responded
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
@@ -59,6 +60,9 @@ class AnalysisManager:
     parameters
         Parameters of the model, kept in the file: numbers, texts and quantities by name. They are columns of
         :meth:`blockstruct.Archive.table`.
+    effects
+        Whether to run a case with a note on torsion or crushing again by the remedy of the note, which then states how
+        much the number changes. It takes one to three times as long as the case.
     document_hash
         Hash of the document that describes the model: :attr:`blockstruct.documents.Document.hash`.
     study
@@ -74,7 +78,7 @@ class AnalysisManager:
         If an interface that crushes cannot be divided into cells.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         model: Model,
         store: str | Path | None = None,
@@ -86,6 +90,7 @@ class AnalysisManager:
         parameters: Mapping[str, Any] = MappingProxyType({}),
         study: str = "",
         document_hash: str = "",
+        effects: bool = True,
     ) -> None:
         if not isinstance(model, Model):
             msg = f"AnalysisManager: model is {shown(model)}; give a Model"
@@ -100,6 +105,7 @@ class AnalysisManager:
         self.parameters = checked_parameters(parameters, "AnalysisManager: parameters")
         self.study = checked_text(study, "AnalysisManager: study")
         self.document_hash = document_hash
+        self.effects = effects
         self.statics = Statics.of(model, Division(self.settings.crushing_cells))
         solver_of(self.settings)
         self.store = None if store is None else claim(store)
@@ -137,7 +143,7 @@ class AnalysisManager:
             If another run writes to the store, or the store holds the iterations of a killed run. Raised before
             anything is solved. Also if the disk is full; committed data are kept.
         """
-        given = checked_tuple(cases, Case, "AnalysisManager.run: cases")
+        given = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
         runs = runs_of(given, self.settings, schedules_of(spread))
         started_at = now()
         planned = {
@@ -224,7 +230,7 @@ class AnalysisManager:
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does, and return their limit problems."""
-        return checked_problems(self.statics, cases)
+        return checked_problems(self.statics, located_cases(self.model, cases))
 
     @classmethod
     def _resuming(
@@ -251,6 +257,13 @@ class AnalysisManager:
                 problem = LimitProblem.of(statics, before.case)
                 place = (number, len(analysis))
                 results[name] = result = self._run_case(before, statics, problem, listeners, place)
+                try:
+                    if self.effects and not result.schedule:
+                        results[name] = result = with_effects(result)
+                except KeyboardInterrupt:
+                    # The case has ended. Only the effect is missing.
+                    tell(listeners, CaseFinished(result))
+                    raise
                 tell(listeners, CaseFinished(result))
             except KeyboardInterrupt:
                 break
@@ -275,7 +288,7 @@ class AnalysisManager:
             if isinstance(case, RecordCase)
             else solve_limit_case(own, case.flow, settings, solver)
         )
-        steps = followed(solved, before.history)
+        steps = solver.follow(solved)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
         started_at = before.started_at if before.n_iterations else now()
@@ -290,11 +303,12 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
+        proof = iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None
         done = replace(
             before,
             outcome=outcome,
             damage="",
-            certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
+            certificate=proof if proof and proof.is_of_a_state else None,
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
@@ -304,7 +318,9 @@ class AnalysisManager:
             return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
         if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
             return done
-        return pushed_over(done, statics, problem, iterations[-1], listeners)
+        # The curve begins with the collapse state as the first run kept it.
+        kept = before.history if before.n_iterations == len(iterations) else history
+        return pushed_over(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)

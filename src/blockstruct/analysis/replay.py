@@ -4,6 +4,8 @@ The procedure is deterministic: its next step depends only on the problem, the s
 it runs again from the start, with a solver that knows the first solutions.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
@@ -29,6 +31,9 @@ _FOUND_ANEW = (Stage.DEAD_LOAD, Stage.DEAD_LOAD_COLLAPSE, Stage.LARGEST_REACTION
 class ReplaySolver:
     """Answers programs from the history of a case, then from a solver.
 
+    :meth:`follow` tells which iteration a program belongs to: a loading path finds some of its closing states by a loop
+    of its own, which is run again.
+
     The dead-load program is solved again, because the history of a stable structure does not contain it. An unbounded
     program is solved again, because a history keeps no ray. Steps of the loading path are not programs; they are
     computed again.
@@ -45,22 +50,40 @@ class ReplaySolver:
 
     def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
         self._problem, self._solver = problem, solver
-        kept = ~np.isin(history["stage"].to_numpy(), [s.value for s in _FOUND_ANEW])
-        self._history = history.isel(iteration=kept)
+        self._history = history
         motion = [self._history[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")]
         self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
         self._T = np.zeros((len(self._x), 0))
         if len(problem.ties):
             self._T = self._history["tie_force"].to_numpy() / problem.ties.force_unit - problem.ties.prestress_D
         self._u = velocities_of(statics, problem, np.concatenate(motion, axis=2)) * problem.load_unit
+        self._found_anew = np.isin(history["stage"].to_numpy(), [s.value for s in _FOUND_ANEW])
         self._next = 0
+
+    def follow(self, steps: Steps) -> Steps:
+        """Yield the steps of a case while they agree with its history.
+
+        Raises
+        ------
+        FormatError
+            If this version of blockstruct would solve other programs than the history has.
+        """
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as stop:
+                outcome: Outcome = stop.value
+                return outcome
+            if self._next < self._history.sizes["iteration"]:
+                _compare(step, self._history.isel(iteration=self._next), self._next)
+            self._next += 1
+            yield step
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
         """Return the solution of one program."""
-        if program.problem is not self._problem or self._next == len(self._u):
-            return self._solver.solve(program, data, tolerance)
         k = self._next
-        self._next += 1
+        if program.problem is not self._problem or k >= len(self._u) or self._found_anew[k]:
+            return self._solver.solve(program, data, tolerance)
         alpha = float(self._history["load_factor"][k]) * self._problem.load_unit
         if np.isposinf(alpha):
             return self._solver.solve(program, data, tolerance)
@@ -74,25 +97,22 @@ class ReplaySolver:
         return Solution(status, y, z, int(iterations), float(time))
 
 
-def followed(steps: Steps, history: xr.Dataset) -> Steps:
-    """Yield the steps of a case while they agree with its history.
+def kept_state(statics: Statics, problem: LimitProblem, history: xr.Dataset, last: Iteration) -> Iteration:
+    """Return the last iteration with the numbers that a history keeps of it.
 
-    Raises
-    ------
-    FormatError
-        If this version of blockstruct would solve other programs than the history has.
+    The way through SI units changes their last digits. What starts from the kept numbers alone goes on in the same way
+    after a kill.
     """
-    k = 0
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as stop:
-            outcome: Outcome = stop.value
-            return outcome
-        if k < history.sizes["iteration"]:
-            _compare(step, history.isel(iteration=k), k)
-        yield step
-        k += 1
+    row = history.isel(iteration=[-1])
+    motion = np.concatenate([row[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")], axis=2)
+    tie_force = row["tie_force"].to_numpy()[0] / problem.ties.force_unit if len(problem.ties) else last.tie_force
+    return replace(
+        last,
+        load_factor=float(row["load_factor"][0]),
+        x=row["contact_force"].to_numpy()[0] / problem.force_unit[:, None],
+        u=velocities_of(statics, problem, motion)[0],
+        tie_force=tie_force,
+    )
 
 
 def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:

@@ -138,7 +138,9 @@ def with_and_without(
         msg = f"with_and_without: model {model.name!r} has no ties; give it some, Model(…, ties=[…])"
         raise ModelError(msg)
     cases = checked_tuple(cases, LimitCase, "with_and_without: cases")
-    with_ties, without = (AnalysisManager(m, settings=settings).run(cases, **run) for m in (model, model.with_ties(())))
+    with_ties, without = (
+        AnalysisManager(m, settings=settings, effects=False).run(cases, **run) for m in (model, model.with_ties(()))
+    )
     return WithAndWithout(with_ties, without)
 
 

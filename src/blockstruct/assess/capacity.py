@@ -88,17 +88,9 @@ def curve_of_rotation(
         edge, turns about a point, or turns about an edge that the resultant leaves.
     """
     instead = _instead(result.model)
-    moving = [body for body in bodies if body.moves]
-    if len(moving) != 1:
-        msg = f"{len(moving)} bodies move against each other; {instead}"
-        raise ModelError(msg)
-    body = moving[0]
-    if body.axis is None:
-        msg = f"the body slides without turning, which has no d0; {instead}"
-        raise ModelError(msg)
+    body, (direction, on_axis) = _turning_body(bodies, instead)
     index = result.model.block_index
     members = [index[name] for name in body.blocks]
-    direction, on_axis = body.axis
     pressed = _Pressed.of(result, set(body.blocks), direction)
     hinge = pressed.point
     corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
@@ -206,6 +198,18 @@ def curve_of_rotation(
     d = np.maximum.accumulate(np.where(np.diff(d, prepend=-1.0) <= 0, np.nextafter(d, np.inf), d))
     found = tuple((displacement(angle), loss) for angle, loss in losses)
     return CapacityCurve(d, scale * factors, tuple(lines), found)
+
+
+def _turning_body(bodies: Sequence[MacroBlock], instead: str) -> tuple[MacroBlock, tuple[Array, Array]]:
+    """Return the only body that moves, and its axis."""
+    moving = [body for body in bodies if body.moves]
+    if len(moving) != 1:
+        msg = f"{len(moving)} bodies move against each other; {instead}"
+        raise ModelError(msg)
+    if moving[0].axis is None:
+        msg = f"the body slides without turning, which has no d0; {instead}"
+        raise ModelError(msg)
+    return moving[0], moving[0].axis
 
 
 def _parts(

@@ -22,7 +22,7 @@ from blockstruct.assess.notes import (
     notes_of_small,
 )
 from blockstruct.assess.overturning import Overturning
-from blockstruct.assess.participation import HorizontalForces, of_bodies, taking_part
+from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies, taking_part
 from blockstruct.assess.rotation import RigidRotation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
@@ -33,7 +33,7 @@ from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.text import Note, assessment
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Status, listed
 
 g = STANDARD_GRAVITY
 #: Relative difference of α0 from which a mechanism by hand begins below the one found.
@@ -42,7 +42,7 @@ _BELOW = 1e-3
 _LATER = 0.03
 
 
-def local_mechanism(
+def local_mechanism(  # noqa: PLR0913
     result: CaseResult | Spread,
     confidence_factor: float | None = None,
     spectrum: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
@@ -162,9 +162,26 @@ class _Request:
         control: Any = getattr(self.case, "control", ("",))
         return any(control[0] in body.blocks for body in bodies)
 
+    def _curve(
+        self, bodies: Sequence[MacroBlock], whole: Participation, a0_star: float
+    ) -> tuple[CapacityCurve | None, str]:
+        """Return the capacity curve of a mechanism, or None and why it has none."""
+        found, pushed = self.found, self.found.capacity
+        try:
+            if pushed is None:
+                return curve_of_rotation(found, self.case, bodies, self.forces, a0_star), ""
+            if not whole.unique:
+                return None, "no capacity curve: the mechanism is not unique, so its control point does not measure it"
+            if self.follows(bodies):
+                return curve_of_pushover(found, pushed, self.forces.direction, whole, a0_star), ""
+        except ModelError as error:
+            # A pushover without a curve states its own remedy, which is not another pushover.
+            return None, f"no capacity curve: {found.missing_curve or error}"
+        return None, "no capacity curve: the pushover follows another mechanism"
+
     def check(self, bodies: Sequence[MacroBlock]) -> LocalMechanismCheck:
         """Return the check of one mechanism, of its moving bodies and the bodies at rest."""
-        found, case, forces, c = self.found, self.case, self.forces, self.coefficients
+        found, forces, c = self.found, self.forces, self.coefficients
         spectrum, sld_site, slc_site = self.spectrum, self.spectrum_sld, self.spectrum_slc
         whole, blocks = of_bodies(found.model, forces, found.mechanism, bodies)
         whole = replace(whole, unique=is_unique(found, bodies))
@@ -176,19 +193,8 @@ class _Request:
         )
         alpha0 = found.load_factor * forces.share
         a0_star = alpha0 * g / (whole.e_star * FC)
-        pushed, curve, missing = found.capacity, None, ""
-        try:
-            if pushed is None:
-                curve = curve_of_rotation(found, case, bodies, forces, a0_star)
-            elif not whole.unique:
-                missing = "no capacity curve: the mechanism is not unique, so its control point does not measure it"
-            elif self.follows(bodies):
-                curve = curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
-            else:
-                missing = "no capacity curve: the pushover follows another mechanism"
-        except ModelError as error:
-            # A pushover without a curve states its own remedy, which is not another pushover.
-            missing = f"no capacity curve: {found.missing_curve or error}"
+        pushed = found.capacity
+        curve, missing = self._curve(bodies, whole, a0_star)
         if self.method == "displacement" and curve is None:
             msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
             raise ModelError(msg)
@@ -328,6 +334,13 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
         msg = (
             f"case {result.name!r}: {result.headline}; a check needs a converged collapse state: change the procedure "
             "or the loads and run the case again"
+        )
+        raise ModelError(msg)
+    rollers = [block.name for block in result.model.blocks if block.is_roller]
+    if rollers:
+        msg = (
+            f"case {result.name!r}: {listed(rollers)} held in some motions only, which its finite rotation does not "
+            "know: fix a block that touches the structure with a joint of friction 0 instead"
         )
         raise ModelError(msg)
     return result, result.case

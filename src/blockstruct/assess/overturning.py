@@ -129,14 +129,7 @@ def overturning(
         msg = f"{who}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
         raise ModelError(msg)
     names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
-    twice = [name for name, times in Counter(names).items() if times > 1]
-    if twice:
-        msg = f"{who}: blocks: {as_given(twice[0])} is given twice; name each block once"
-        raise ModelError(msg)
-    turning = [model.block(name) for name in names]
-    if not turning or any(b.fixed for b in turning):
-        msg = f"{who}: blocks: {len(turning)}, of them supports: {sum(b.fixed for b in turning)}; name free blocks"
-        raise ModelError(msg)
+    turning = _free_blocks(model, names, who)
     ends = si_array(edge, "length", f"{who}: edge")
     as_in = "give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
     if ends.shape != (2, 3):
@@ -247,6 +240,19 @@ def overturning(
     pressing = loads + sum((pull.force * pull.direction for pull in pulls), np.zeros(3))
     notes = _notes_of_joints(model, turning, ends, pressing, crushes=compressive_strength is not None)
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines), notes)
+
+
+def _free_blocks(model: Model, names: Sequence[str], who: str) -> list[Block]:
+    """Return the blocks of names; refuse repeated names and supports."""
+    twice = [name for name, times in Counter(names).items() if times > 1]
+    if twice:
+        msg = f"{who}: blocks: {as_given(twice[0])} is given twice; name each block once"
+        raise ModelError(msg)
+    blocks = [model.block(name) for name in names]
+    if not blocks or any(b.fixed for b in blocks):
+        msg = f"{who}: blocks: {len(blocks)}, of them supports: {sum(b.fixed for b in blocks)}; name free blocks"
+        raise ModelError(msg)
+    return blocks
 
 
 def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:

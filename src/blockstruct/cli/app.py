@@ -1,5 +1,7 @@
 """The command, its options and exit codes."""
 
+from __future__ import annotations
+
 import contextlib
 import io
 import math
@@ -8,22 +10,24 @@ import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleOptions
 from rich.segment import Segment
-from rich.table import Table
 from typer.core import TyperGroup
 
 import blockstruct as bs
-from blockstruct.text import tilting_table
-from blockstruct.views import directions_text, iteration_table, result_text, summary_table
-from blockstruct.views.words import cells_of
 from blockstruct.vocabulary import printable
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 #: Exit codes; the last two follow the signals SIGINT and SIGPIPE.
 DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
+
+#: Width, in characters, that no table reaches.
+_WHOLE = 10_000
 
 
 class _Console(Console):
@@ -33,6 +37,11 @@ class _Console(Console):
         """Render with the characters of other people's texts escaped; rich writes its own controls later."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else printable(text), style, control)
+
+    @property
+    def options(self) -> ConsoleOptions:
+        """Options of a print; a pipe or a file has lines of any length, so that tables stay whole."""
+        return super().options if self.is_terminal else super().options.update_width(_WHOLE)
 
     def on_broken_pipe(self) -> None:
         """Raise the BrokenPipeError that is being handled."""
@@ -134,6 +143,10 @@ def say_table(table: Table) -> None:
 
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     """Print every case with its certificate, on request with its iterations, and then a table."""
+    from blockstruct.text import tilting_table
+    from blockstruct.views import directions_text, iteration_table, result_text, summary_table
+    from blockstruct.views.words import cells_of
+
     for result in analysis.values():
         if iterations:
             out.print(iteration_table(result.history))

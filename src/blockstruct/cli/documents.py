@@ -1,5 +1,7 @@
 """Commands on model documents, and the check of any file."""
 
+from __future__ import annotations
+
 import math
 import warnings
 from pathlib import Path
@@ -9,7 +11,6 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import VIOLATIONS, app, say
-from blockstruct.views import model_text
 from blockstruct.vocabulary import counted
 
 
@@ -17,19 +18,25 @@ from blockstruct.vocabulary import counted
 def import_(
     files: Annotated[
         list[Path],
-        typer.Argument(help="OBJ, STL or PLY meshes, DXF drawings, COMPAS JSON files.", show_default=False),
+        typer.Argument(help="OBJ, STL, PLY, DXF, Rhino 3DM, IFC or COMPAS JSON files.", show_default=False),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Model document to write.", show_default=False)],
-    unit: Annotated[str, typer.Option(help="Unit of the coordinates: mm, or '0.025 m'.", show_default=False)],
     unit_weight: Annotated[
         list[str],
-        typer.Option(help="Unit weight, '20 kN/m^3', or of one DXF layer, 'WALL=20 kN/m^3'.", show_default=False),
+        typer.Option(
+            help="Unit weight, '20 kN/m^3', or of one layer or IFC material, 'WALL=20 kN/m^3'.", show_default=False
+        ),
     ],
     friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
+    unit: Annotated[
+        str | None,
+        typer.Option(help="Unit of the coordinates: mm, or '0.025 m'; 3DM and IFC files state it.", show_default=False),
+    ] = None,
     fix: Annotated[
         list[str] | None,
         typer.Option(
-            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'.", show_default=False
+            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'; NAME:x,z holds only these.",
+            show_default=False,
         ),
     ] = None,
     ground: Annotated[
@@ -41,9 +48,15 @@ def import_(
     ] = None,
     up: Annotated[str, typer.Option(help="Axis of a mesh that points up: x, y or z.")] = "z",
     override_unit: Annotated[
-        bool, typer.Option("--override-unit", help="Take --unit although a DXF drawing states another one.")
+        bool, typer.Option("--override-unit", help="Take --unit although the file states another one.")
     ] = False,
-    fix_layer: Annotated[list[str] | None, typer.Option(help="A DXF layer of supports.", show_default=False)] = None,
+    fix_layer: Annotated[
+        list[str] | None, typer.Option(help="A layer, or an IFC class, of supports.", show_default=False)
+    ] = None,
+    unit_size: Annotated[
+        tuple[str, str] | None,
+        typer.Option(help="Length and height of the units that IFC walls are cut into.", show_default=False),
+    ] = None,
     plane: Annotated[
         str | None, typer.Option(help="View of a DXF drawing: elevation or plan.", show_default="elevation")
     ] = None,
@@ -85,13 +98,15 @@ def import_(
     """Write a model document from drawn blocks, then check it."""
     bs.documents.check_new_document(output)
     cases = [_case(text, flow, tilt=tilt) for text in direction or ["+x"]]
-    drawing: dict[str, Any] = {
+    options: dict[str, Any] = {
         "override_unit": override_unit or None,
         "supports": fix_layer,
         "plane": plane,
         "thickness": thickness,
         "segments": segments,
         "closing": closing,
+        "unit_length": unit_size and unit_size[0],
+        "unit_height": unit_size and unit_size[1],
     }
     with warnings.catch_warnings():
         # The printed report contains the same.
@@ -103,7 +118,7 @@ def import_(
             fixed=[*(fix or ()), *([] if ground is None else [f"ground {ground}"])],
             exclude=exclude or (),
             up=up,
-            **{name: value for name, value in drawing.items() if value is not None},
+            **{name: value for name, value in options.items() if value is not None},
         )
     say(str(found.report))
     joint = bs.JointMaterial("joint", friction)
@@ -117,9 +132,15 @@ def import_(
     bs.documents.write_draft(
         output, output.stem, found.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits
     )
+    try:
+        document = _checked(output)
+    except bs.errors.BlockstructError:
+        # A document that cannot run would be in the way of the next attempt.
+        output.unlink()
+        raise
     names = ", ".join(repr(case.name) for case in cases)
     say(f"written: {output}, with the case{'s' if len(cases) > 1 else ''} {names}: edit its loads and cases")
-    check(output)
+    _say_checked(document)
 
 
 def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
@@ -156,8 +177,19 @@ def check(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
 ) -> None:
     """Print the blocks and the interfaces of a model document, with rejected contacts."""
-    document = bs.read_document(model)
+    _say_checked(_checked(model))
+
+
+def _checked(path: Path) -> bs.documents.Document:
+    """Return a model document that can run."""
+    document = bs.read_document(path)
     bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
+    return document
+
+
+def _say_checked(document: bs.documents.Document) -> None:
+    from blockstruct.views import model_text
+
     say(model_text(document.model))
     say(str(document.report))
     say(f"ready to run: {', '.join(case.name for case in document.cases)}")

@@ -1,10 +1,11 @@
 """Commands that look at analyses."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-import pandas as pd
 import typer
 
 import blockstruct as bs
@@ -19,10 +20,10 @@ from blockstruct.cli.verification import (
     checks_of,
 )
 from blockstruct.keywords import did_you_mean
-from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
-from blockstruct.views.output import write_csv
-from blockstruct.views.words import without_curve_words
 from blockstruct.vocabulary import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Printed variables of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
@@ -31,6 +32,8 @@ _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [mete
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
     """Print the results of an analysis, with their certificates."""
+    from blockstruct.views import analysis_summary, parameter_texts
+
     analysis = bs.open_analysis(file)
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
@@ -44,7 +47,7 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
     for name, result in analysis.items():
         made_by = [each.get("blockstruct", "?") for each in result.versions]
         if any(each != analysis.versions for each in result.versions):
-            say(f"  {name}: by blockstruct {', then '.join(made_by)}, see result.versions")
+            say(f"  {name}: by blockstruct {', then '.join(made_by)}")
     if analysis.parameters:
         say("with " + ", ".join(f"{name} = {value}" for name, value in parameter_texts(analysis)))
     print_results(analysis)
@@ -74,6 +77,8 @@ def history(
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case, or the states of a pushover."""
+    from blockstruct.views import iteration_table
+
     analysis = bs.open_analysis(file)
     if case is None:
         say("\n".join(analysis))
@@ -103,6 +108,8 @@ def _states(
     result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
 ) -> None:
     """Print the states of a pushover, or write them to a file."""
+    from blockstruct.views.words import without_curve_words
+
     if result.capacity is None:
         msg = f"--pushover: case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
@@ -142,6 +149,8 @@ def archive(
     csv: CsvOption = None,
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
+    from blockstruct.views import archive_table
+
     found = bs.Archive(folder)
     whole = csv is not None or all_columns
     table = found.select(where, all_columns=whole)
@@ -246,6 +255,65 @@ def figures(
         say(f"written: {path}")
 
 
+@app.command()
+def export(
+    file: FileArgument,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            help="File to write: .glb (animation), .obj, .stl (moved blocks), .json (COMPAS), .pvd (ParaView), .xlsx; "
+            "a folder for CSV.",
+            show_default=False,
+        ),
+    ],
+    case: Annotated[
+        str | None, typer.Option("--case", help="Name of the case; not for tables.", show_default="the only case")
+    ] = None,
+    amplitude: Annotated[
+        str | None,
+        typer.Option("--amplitude", help="Largest translation in the mechanism, as in '20 cm'.", show_default=False),
+    ] = None,
+    step: Annotated[
+        int | None,
+        typer.Option("--step", help="State of a pushover for OBJ or STL; -1 is the last.", show_default=False),
+    ] = None,
+) -> None:
+    """Write results for other programs: Blender, Rhino, COMPAS, ParaView, Excel."""
+    from blockstruct.views import export as views
+
+    analysis = bs.open_analysis(file)
+    suffix, target = output.suffix.lower(), _beside(output, file)
+    given = {"amplitude": amplitude, "step": step}
+    moves: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    allowed = {".glb": {"amplitude"}, ".obj": {"amplitude", "step"}, ".stl": {"amplitude", "step"}}
+    if wrong := sorted(moves.keys() - allowed.get(suffix, set())):
+        msg = f"--{wrong[0]}: does not apply to {output}; leave it out"
+        raise bs.errors.ModelError(msg)
+    if suffix in ("", ".xlsx"):
+        say(f"written: {views.write_tables(analysis, target)}")
+        return
+    names = list(analysis.headlines)
+    if case is None and len(names) > 1:
+        msg = f"--case: {file} has the cases {', '.join(map(repr, names))}; give one of them"
+        raise bs.errors.ModelError(msg)
+    result = analysis[names[0] if case is None else case]
+    if suffix == ".glb":
+        _written(views.write_glb(result, target, **moves), False)
+    elif suffix in (".obj", ".stl"):
+        _written(views.write_moved(result, target, **moves), False)
+    elif suffix == ".json":
+        _written(views.write_assembly(result, target), False)
+    elif suffix == ".pvd":
+        from blockstruct.views.paraview import write_paraview
+
+        _written(write_paraview(result, target), False)
+    else:
+        msg = f"{output}: unknown kind of file; names end in .glb, .obj, .stl, .json, .pvd or .xlsx"
+        raise bs.errors.ModelError(msg)
+
+
 def _project_line(line: str) -> tuple[str, str]:
     what, equals, text = line.partition("=")
     if not (what and equals):
@@ -277,6 +345,8 @@ def _written(path: Path, show_it: bool) -> None:
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    from blockstruct.views.output import write_csv
+
     if path.suffix.lower() != ".csv":
         msg = f"{path}: give a name that ends in .csv"
         raise bs.errors.StorageError(msg)

@@ -1,5 +1,7 @@
 """Commands that run analyses."""
 
+from __future__ import annotations
+
 import json
 import shlex
 import warnings
@@ -23,7 +25,6 @@ from blockstruct.cli.app import (
     print_results,
     say,
 )
-from blockstruct.views import analysis_summary, following
 from blockstruct.vocabulary import counted
 
 #: Extra that each of the suggested commands needs.
@@ -84,6 +85,8 @@ def recover(file: FileArgument) -> None:
 @app.command()
 def resume(file: FileArgument, quiet: QuietOption = False) -> None:
     """Continue a killed or interrupted run from its last committed iteration."""
+    from blockstruct.views import following
+
     out.quiet = quiet
     events: list[Any] = []
     killed = bs.storage.is_unfinished(file)
@@ -115,6 +118,8 @@ def _run(
     *,
     spread: bool | str = False,
 ) -> None:
+    from blockstruct.views import following
+
     if not output.parent.is_dir():
         msg = f"{output}: there is no folder {output.parent}; make it, or choose another one"
         raise bs.errors.StorageError(msg)
@@ -127,6 +132,8 @@ def _run(
 
 
 def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, written: bool = True) -> None:
+    from blockstruct.views import analysis_summary
+
     # On a terminal the iterations were not printed during the run.
     print_results(analysis, iterations=err.is_terminal)
     if written:

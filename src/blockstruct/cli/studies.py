@@ -1,18 +1,20 @@
 """Commands that run many analyses."""
 
-import json
-from pathlib import Path
-from typing import Annotated
+from __future__ import annotations
 
-import numpy as np
-import pandas as pd
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
 import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import NO_LOAD_FACTOR, CsvOption, JsonOption, QuietOption, app, err, out, say, say_table
-from blockstruct.views import study_following, study_summary, study_table
-from blockstruct.views.output import write_csv
 from blockstruct.vocabulary import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @app.command()
@@ -35,6 +37,9 @@ def study(
     csv: CsvOption = None,
 ) -> None:
     """Run a model document with many values of its parameters; finished runs are not repeated."""
+    from blockstruct.views import study_following, study_summary, study_table
+    from blockstruct.views.output import write_csv
+
     out.quiet = quiet or as_json
     read = bs.studies.read_study(document)
     try:
@@ -76,6 +81,6 @@ def _with_units(rows: pd.DataFrame) -> pd.DataFrame:
 
 def _plain(rows: pd.DataFrame) -> list[dict[str, object]]:
     """Return rows for JSON, with None for numbers that are not finite."""
-    finite = rows.astype(object).where(rows.notna() & ~rows.isin([np.inf, -np.inf]), None)
+    finite = rows.astype(object).where(rows.notna() & ~rows.isin([math.inf, -math.inf]), None)
     found: list[dict[str, object]] = json.loads(finite.to_json(orient="records"))
     return found

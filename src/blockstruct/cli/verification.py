@@ -1,9 +1,11 @@
 """Checks of local mechanisms on the command line."""
 
+from __future__ import annotations
+
+import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated
 
-import numpy as np
 import typer
 
 import blockstruct as bs
@@ -66,7 +68,7 @@ def assess(
         say(f"{check}\n")
     pushed = _pushed(analysis.headlines)
     # An infinite load factor needs no check.
-    missing = [f"{name} ({head.status.words})" for name, head in pushed.items() if np.isnan(head.load_factor)]
+    missing = [f"{name} ({head.status.words})" for name, head in pushed.items() if math.isnan(head.load_factor)]
     if case is None and missing:
         say(f"not checked without a load factor: {', '.join(missing)}; the checks above do not cover these cases")
         raise typer.Exit(NO_LOAD_FACTOR)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterable, Sequence
+from functools import lru_cache
 from itertools import count
 from typing import Any
 
@@ -29,6 +30,7 @@ from blockstruct.model import (
     DetectionTolerances,
     FoundContact,
     Interface,
+    SameBlocks,
     check_unrepeated,
     checked_tuple,
     lies_between,
@@ -112,8 +114,18 @@ def detect_interfaces(
     size = float(np.mean([b.volume for b in blocks if not b.fixed] or [1.0]) ** (1 / 3))
     limits = _tolerances(size, tolerance, angle_tolerance, area_tolerance)
 
+    found = _detection(SameBlocks(blocks), size, limits, known)
+    interfaces = (*known, *(i.with_joint_material(rule(i)) for i in found.interfaces))
+    check_rules_fit(joint_material, interfaces, who)
+    return Detection(interfaces, found.report, tuple(blocks))
+
+
+@lru_cache(maxsize=1)
+def _detection(same: SameBlocks, size: float, limits: DetectionTolerances, known: tuple[Interface, ...]) -> Detection:
+    """Return the interfaces beyond the known ones, without joint materials, and the report on all."""
+    blocks = same.blocks
     explicit_pairs = {frozenset((i.minus, i.plus)) for i in known}
-    interfaces: list[Interface] = list(known)
+    interfaces: list[Interface] = []
     unknown = math.nan
     contacts = [
         FoundContact(i.minus, i.plus, i.name, "", unknown, unknown, i.area, i.orientation, False) for i in known
@@ -136,10 +148,8 @@ def detect_interfaces(
         else:
             name = _free_name("|".join(ends), taken)
             taken.add(name)
-            interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), unruled())
-            interfaces.append(interface.with_joint_material(rule(interface)))
+            interfaces.append(Interface(name, *ends, to_quantity(pair.polygon, "length"), unruled()))
         contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
-    check_rules_fit(joint_material, interfaces, who)
     return Detection(tuple(interfaces), _report(blocks, limits, contacts))
 
 
@@ -190,7 +200,7 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
         nonplanar_faces=tuple(
             (b.name, f, float(b.shape.deviations[f])) for b in blocks for f in b.shape.nonplanar_faces
         ),
-        floating=tuple(names[k] for k in unsupported(np.array([b.fixed for b in blocks], dtype=bool), joined)),
+        floating=tuple(names[k] for k in unsupported(np.array([bool(b.held) for b in blocks], dtype=bool), joined)),
         untouched=tuple(name for name in names if name not in touched),
         close=tuple((names[i], names[j], distance) for i, j, distance in _close(blocks, limits, met)),
     )

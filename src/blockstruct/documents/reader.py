@@ -217,8 +217,13 @@ def _tie(entry: dict[str, Any]) -> AnyTie:
     kind = TIE_KINDS[entry["kind"]]
     arguments = {key: value for key, value in entry.items() if key != "kind"}
     if kind.anchored:
-        arguments |= {end: (entry[end]["block"], entry[end]["point"]) for end in ("start", "end")}
+        arguments |= {end: _place(entry[end], entry[end]["point"]) for end in ("start", "end")}
     return kind.type(**arguments)
+
+
+def _place(entry: dict[str, Any], value: Any) -> Any:
+    """Return the block of an entry and a value, or the value alone."""
+    return (entry["block"], value) if "block" in entry else value
 
 
 def _load_from(entry: dict[str, Any]) -> Any:
@@ -241,7 +246,7 @@ def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[
     arguments = {key: value for key, value in (entry | named).items() if key != "kind"}
     if kind is Pushover:
         control = arguments["control"]
-        arguments |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
+        arguments |= {"control": _place(control, control["direction"]), "control_point": control.get("point")}
     if kind is RecordCase:
         who = f"case {entry['name']!r}"
         lists = {key: arguments[key] for key in ("acceleration", "time") if isinstance(arguments[key], dict)}

@@ -111,7 +111,7 @@ def _same(known: list[Interface], detected: list[Interface]) -> bool:
     )
 
 
-def write_draft(
+def write_draft(  # noqa: PLR0913
     path: str | Path,
     name: str,
     blocks: Iterable[Block],
@@ -160,7 +160,7 @@ def _limits(path: Path, gap: Any, angle: Any, area: Any) -> dict[str, Any]:
     return {n: f"{si(v, dim, f'{path}: {n}')!r} {unit}" for n, v, dim, unit in tolerances if v is not None}
 
 
-def _write(
+def _write(  # noqa: PLR0913
     path: Path,
     name: str,
     blocks: Sequence[Block],
@@ -226,7 +226,7 @@ def _case(case: Case) -> dict[str, Any]:
             "name": case.name,
             "dead": case.dead.name,
             "variable": case.variable.name,
-            "control": {"block": block, "direction": list(direction), **at},
+            "control": {**({"block": block} if block else {}), "direction": list(direction), **at},
             "steps": case.steps,
             **rounding,
         }
@@ -282,7 +282,8 @@ def _block(block: Block) -> dict[str, Any]:
         "vertices": block.shape.vertices.tolist(),
         "faces": [list(face) for face in block.shape.faces],
     }
-    return {"name": block.name, "material": block.material.name, "fixed": block.fixed, "polyhedron": shape}
+    fixed = list(block.held) if block.is_roller else block.fixed
+    return {"name": block.name, "material": block.material.name, "fixed": fixed, "polyhedron": shape}
 
 
 def _tie(tie: AnyTie) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from blockstruct.geometry.joined import joined_pairs
 from blockstruct.geometry.lines import stretches_inside
 from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
-from blockstruct.geometry.overlap import overlapping_pairs
+from blockstruct.geometry.overlap import bodies_at, overlapping_pairs
 from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
 from blockstruct.geometry.polygon import (
     common_areas,
@@ -34,6 +34,7 @@ __all__ = [
     # polyhedra
     "BOX_FACES",
     "Polyhedron",
+    "bodies_at",
     "box",
     "lofted",
     "overlapping_pairs",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tetrahedra import may_overlap
 from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, PARALLEL, SAMPLES
 from blockstruct.geometry.triangles import between_crossings, distances, half_solid_angles, triangulated
 
@@ -41,8 +42,10 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     low = np.array([b.vertices.min(axis=0) for b in bodies])
     high = np.array([b.vertices.max(axis=0) for b in bodies])
     i, j = box_pairs(low + tolerance / 2, high - tolerance / 2)
-    # A plane along a face separates nearly all neighbours. The others are tested one by one.
+    # A plane along a face separates nearly all neighbours, and planes between parts nearly all others that only touch.
     close = separations(bodies, i, j) < -tolerance
+    i, j = i[close], j[close]
+    close = may_overlap(bodies, i, j, tolerance)
     pairs = []
     surface = cache(lambda k: _Surface.of(bodies[k], tolerance))
     for one, other in zip(i[close].tolist(), j[close].tolist(), strict=True):
@@ -52,6 +55,24 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
         if depth > tolerance:
             pairs.append((one, other, depth))
     return pairs
+
+
+def bodies_at(bodies: list[Polyhedron], point: Array, tolerance: float) -> tuple[list[int], list[int]]:
+    """Return the bodies with a point (3,) in their interior, and the bodies with the point on their surface.
+
+    A point belongs to a surface up to a distance of ``tolerance``.
+    """
+    within, on = [], []
+    for k, body in enumerate(bodies):
+        low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+        if np.any(point < low - tolerance) or np.any(point > high + tolerance):
+            continue
+        triangles = _Surface.of(body, tolerance).triangles
+        if distances(point[None], triangles)[0] <= tolerance:
+            on.append(k)
+        elif half_solid_angles(triangles, point[None])[0] > np.pi:
+            within.append(k)
+    return within, on
 
 
 @dataclass(frozen=True, slots=True)

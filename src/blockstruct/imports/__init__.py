@@ -1,10 +1,12 @@
-"""Import of blocks from OBJ, STL and PLY meshes, DXF drawings and COMPAS JSON, with a report of every repair."""
+"""Import of blocks from meshes, drawings, Rhino files, building models and COMPAS, with a report of every repair."""
 
 from blockstruct.imports.assembly import read_assembly
 from blockstruct.imports.drawing import read_drawing
+from blockstruct.imports.ifc import read_ifc
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.mesh import read_mesh
 from blockstruct.imports.obj import write_obj
+from blockstruct.imports.rhino import read_rhino
 from blockstruct.imports.several import read_files
 
 __all__ = [
@@ -14,6 +16,8 @@ __all__ = [
     "read_assembly",
     "read_drawing",
     "read_files",
+    "read_ifc",
     "read_mesh",
+    "read_rhino",
     "write_obj",
 ]

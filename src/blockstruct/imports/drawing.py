@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError, shown
+from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
 from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import enclosed, prism, read_outline
-from blockstruct.imports.solid import Content, Face, Solid, make_blocks, metres_per_unit
+from blockstruct.imports.solid import Content, Face, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
-from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE, SAME_UNIT
+from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike
@@ -38,11 +38,9 @@ _CONTROL_POINT = 16
 #: Group codes of numbers.
 _NUMERIC = {*range(10, 100), *range(110, 180), *range(210, 240), *range(270, 290), *range(370, 390), *range(400, 410)}
 _NUMERIC |= {*range(420, 430), *range(440, 470), *range(1010, 1072)}
-#: Largest number of handles in a message.
-_NAMED = 20
 
 
-def read_drawing(
+def read_drawing(  # noqa: PLR0913
     file: str | Path,
     *,
     unit: QuantityLike,
@@ -127,7 +125,7 @@ def read_drawing(
     return make_blocks([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
 
 
-def drawing_content(
+def drawing_content(  # noqa: PLR0913
     path: Path,
     *,
     unit: QuantityLike,
@@ -140,7 +138,9 @@ def drawing_content(
     supports: Iterable[str] = (),
 ) -> Content:
     """Return the content of a DXF drawing; parameters as for :func:`read_drawing`."""
-    scale = metres_per_unit(unit, str(path))
+    drawing = _opened(path)
+    stated = _STATED_UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
+    scale, notes = agreed_scale(unit, stated, path, override=override_unit, where=" ($INSUNITS)")
     depth = None if thickness is None else positive_length(thickness, f"{path}: thickness") / scale
     ends = None if closing is None else positive_length(closing, f"{path}: closing") / scale
     if plane not in ("elevation", "plan"):
@@ -149,9 +149,7 @@ def drawing_content(
     if segments is not None and (not isinstance(segments, int) or segments < 1):
         msg = f"{path}: segments is {shown(segments)}; give a whole number of straight pieces for each arc, one or more"
         raise ModelError(msg)
-    drawing = _opened(path)
     check_expansion(drawing, path, DEPTH)
-    notes = _checked_unit(drawing, scale, path, override=override_unit)
     frozen = frozenset(layer.dxf.name.lower() for layer in drawing.layers if layer.is_frozen())
     reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
@@ -161,9 +159,7 @@ def drawing_content(
     known = {*layers, *(layer for _, layer, _ in entities)}
     materials = material if isinstance(material, Mapping) else None
     fixed_layers = {supports} if isinstance(supports, str) else set(supports)
-    for name in sorted({*(materials or ()), *fixed_layers} - known):
-        msg = f"{path}: has no layer {name!r}; it has {', '.join(sorted(known))}"
-        raise UnknownNameError(msg)
+    check_layers({*(materials or ()), *fixed_layers}, known, path)
     for entity, layer, handle in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
@@ -183,7 +179,7 @@ def drawing_content(
     for body in reading.bodies:
         stone: Any = material if materials is None else materials[body.layer]
         solids.append(Solid(body.name, body.vertices, body.faces, stone, body.layer in fixed_layers))
-    return Content(solids, reading.left_out, reading.repairs, notes)
+    return Content(solids, reading.left_out.texts("handle "), reading.repairs, notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,20 +205,11 @@ class _Reading:
     count: Counter[str] = field(default_factory=Counter)
     loose: dict[str, list[Array]] = field(default_factory=dict)
     repairs: list[Repair] = field(default_factory=list)
-    apart: dict[str, list[str]] = field(default_factory=dict)
+    left_out: LeftOut = field(default_factory=LeftOut)
 
     def leave_out(self, what: str, handle: str, detail: str = "") -> None:
         """Note an ignored entity."""
-        self.apart.setdefault(what, []).append(f"{handle}{detail}")
-
-    @property
-    def left_out(self) -> list[str]:
-        """Ignored entities: one text per kind and layer, with the handles."""
-        texts = []
-        for what, named in sorted(self.apart.items()):
-            more = f", and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
-            texts.append(f"{len(named)} {what} (handle {', '.join(named[:_NAMED])}{more})")
-        return texts
+        self.left_out.add(what, f"{handle}{detail}")
 
     def add(self, entity: Any, layer: str, handle: str) -> None:
         """Add an entity, or note that it is ignored."""
@@ -348,21 +335,6 @@ def _check_numbers(text: str) -> None:
 
 def _is_foreign(number: str) -> bool:
     return "_" in number or not number.isascii()
-
-
-def _checked_unit(drawing: Any, scale: float, path: Path, *, override: bool) -> list[str]:
-    """Return a note if ``unit`` overrides the unit in the drawing; refuse other differences."""
-    stated = _STATED_UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
-    if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
-        return []
-    states = f"the drawing states that its unit is {stated:g} m ($INSUNITS)"
-    if override:
-        return [f"{states}, which is overridden: its unit is taken as {scale:g} m"]
-    msg = (
-        f"{path}: {states}, but unit= is {scale:g} m; give the unit of the drawing, or override_unit=True "
-        "(--override-unit) if the unit in the drawing comes from a template"
-    )
-    raise GeometryFileError(msg)
 
 
 def _leave_out_paper_space(drawing: Any, listed: Mapping[str, str], reading: _Reading) -> None:

@@ -50,7 +50,7 @@ def read_mesh(
         Supports: names of blocks, where ``*`` matches any text; ``"lowest"`` for all blocks within 1 % of the mean
         block size of the lowest level, or ``"lowest 3 cm"``; ``"ground"`` for a new fixed block ``ground`` under the
         structure, or ``"ground 0.5 m"`` for one with its top at this height. A support drawn as a single face becomes
-        a fixed block behind the face.
+        a fixed block behind the face. ``"NAME:x,z"`` holds some motions only: :attr:`blockstruct.Block.held`.
     exclude
         Names of blocks to ignore; ``*`` matches any text.
     up : {"z", "y", "x"}
@@ -91,7 +91,7 @@ def mesh_content(path: Path, material: Material) -> Content:
     readers = {".obj": read_obj, ".stl": read_stl, ".ply": _read_ply}
     suffix = path.suffix.lower()
     if suffix not in readers:
-        msg = f"{path}: not a mesh; give a file that ends in .obj, .stl or .ply"
+        msg = f"{path}: unknown kind of file; names end in .obj, .stl, .ply, .dxf, .json, .3dm or .ifc"
         raise ModelError(msg)
     return Content(*readers[suffix](path, material))
 

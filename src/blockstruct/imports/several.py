@@ -7,36 +7,47 @@ from typing import Any
 from blockstruct.errors import ModelError
 from blockstruct.imports.assembly import assembly_content
 from blockstruct.imports.drawing import drawing_content
+from blockstruct.imports.ifc import ifc_content
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.mesh import mesh_content
-from blockstruct.imports.solid import make_blocks
+from blockstruct.imports.rhino import rhino_content
+from blockstruct.imports.solid import Content, make_blocks
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
+
+#: Arguments of the formats that name layers or materials, besides unit and material.
+_OPTIONS = {
+    ".dxf": ("override_unit", "thickness", "plane", "segments", "closing", "supports"),
+    ".3dm": ("override_unit", "supports"),
+    ".ifc": ("classes", "unit_length", "unit_height", "supports"),
+}
 
 
 def read_files(
     files: Sequence[str | Path],
     *,
-    unit: QuantityLike,
+    unit: QuantityLike | None = None,
     material: Material | Mapping[str, Material],
     fixed: str | Iterable[str] = (),
     exclude: Iterable[str] = (),
     up: str = "z",
     tolerance: QuantityLike | None = None,
-    **drawing: Any,
+    **options: Any,
 ) -> Imported:
-    """Read the blocks of one or several meshes, drawings and COMPAS files, by their file extensions.
+    """Read the blocks of one or several files of any format, by their file extensions.
 
     With several files, block names start with the name of the file, as in ``arch.stone 1``.
 
     Parameters
     ----------
     files
-        Names that end in ``.obj``, ``.stl``, ``.ply``, ``.dxf`` or ``.json``.
-    unit, material, fixed, exclude, up, tolerance
-        As for :func:`read_mesh`, or for :func:`read_drawing` if all files are drawings.
-    drawing
-        Further arguments of :func:`read_drawing`, for the drawings among the files.
+        Names that end in ``.obj``, ``.stl``, ``.ply``, ``.dxf``, ``.json``, ``.3dm`` or ``.ifc``.
+    unit
+        As for :func:`read_mesh`. By default the unit of the files: Rhino files and building models state it.
+    material, fixed, exclude, up, tolerance
+        As for :func:`read_mesh`; materials may be given per layer if all files have layers, or materials in IFC.
+    options
+        Further arguments of :func:`read_drawing`, :func:`read_rhino` and :func:`read_ifc`, for those of the files.
 
     Returns
     -------
@@ -46,28 +57,36 @@ def read_files(
     Raises
     ------
     ModelError
-        If there are no files, arguments for drawings but no drawing, or materials per layer for other files.
+        If there are no files, or an argument belongs to another format.
     BlockstructError
         If the reader of one of the files raises it.
     """
     paths = [Path(f) for f in files]
-    drawn = [p.suffix.lower() == ".dxf" for p in paths]
     if not paths:
         msg = "read_files: no files; give at least one"
         raise ModelError(msg)
-    if (drawing and not any(drawn)) or (isinstance(material, Mapping) and not all(drawn)):
-        arguments = ", ".join(drawing) or "materials of layers"
-        msg = f"{paths[drawn.index(False)]}: {arguments} belong to DXF drawings; leave them out"
+    known = [_OPTIONS.get(p.suffix.lower()) for p in paths]
+    for name in options:
+        if not any(name in (names or ()) for names in known):
+            belongs = " and ".join(suffix for suffix, names in _OPTIONS.items() if name in names)
+            msg = f"{paths[0]}: {name} belongs to {belongs or 'no format'}; leave it out"
+            raise ModelError(msg)
+    if isinstance(material, Mapping) and None in known:
+        msg = f"{paths[known.index(None)]}: has no layers; give one material"
         raise ModelError(msg)
-    if up != "z" and any(drawn):
-        msg = f"{paths[drawn.index(True)]}: the plane defines the vertical of a drawing; give up for meshes only"
+    if up != "z" and any(known):
+        msg = f"{next(p for p, names in zip(paths, known, strict=True) if names)}: its vertical is known; leave out up"
         raise ModelError(msg)
-    stone: Any = material
-    contents = []
-    for path in paths:
-        if path.suffix.lower() == ".dxf":
-            contents.append(drawing_content(path, unit=unit, material=material, **drawing))
-        else:
-            read = assembly_content if path.suffix.lower() == ".json" else mesh_content
-            contents.append(read(path, stone))
+    contents = [_content(path, unit, material, options) for path in paths]
     return make_blocks(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
+
+
+def _content(path: Path, unit: QuantityLike | None, material: Any, options: Mapping[str, Any]) -> Content:
+    """Return the content of a file, read with the options of its format."""
+    suffix = path.suffix.lower()
+    if suffix not in _OPTIONS:
+        return (assembly_content if suffix == ".json" else mesh_content)(path, material)
+    read: Any = {".dxf": drawing_content, ".3dm": rhino_content, ".ifc": ifc_content}[suffix]
+    own = {name: value for name, value in options.items() if name in _OPTIONS[suffix]}
+    content: Content = read(path, unit=unit, material=material, **own)
+    return content

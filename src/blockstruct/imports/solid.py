@@ -17,15 +17,17 @@ from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.supports import block_behind, ground_under
 from blockstruct.imports.surface import closed_surface
-from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
+from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, SAME_UNIT, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike, si, to_quantity
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import MOTIONS, counted
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
+#: Largest number of ignored objects in a message.
+_NAMED = 20
 #: Axes of the file that become x, y and z of the model, and their signs, by the vertical axis of the file.
 _UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
@@ -58,12 +60,35 @@ class Solid:
 
 @dataclass(slots=True)
 class Content:
-    """Content of a file: solids, texts on ignored content, repairs, and notes on requested changes."""
+    """Content of a file: solids, texts on ignored content, repairs, and notes on requested changes.
+
+    ``scale`` is the metres per unit of a file that states its unit.
+    """
 
     solids: list[Solid] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     repairs: list[Repair] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    scale: float | None = None
+
+
+@dataclass(slots=True)
+class LeftOut:
+    """Ignored objects of a file, by kind."""
+
+    names: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, kind: str, name: str) -> None:
+        """Note an ignored object."""
+        self.names.setdefault(kind, []).append(name)
+
+    def texts(self, label: str = "") -> list[str]:
+        """Return one text per kind: number, kind and names."""
+        return [
+            f"{len(names)} {kind} ({label}{', '.join(names[:_NAMED])}"
+            f"{f', and {len(names) - _NAMED} more' if len(names) > _NAMED else ''})"
+            for kind, names in sorted(self.names.items())
+        ]
 
 
 def metres_per_unit(unit: QuantityLike, source: str) -> float:
@@ -78,11 +103,73 @@ def metres_per_unit(unit: QuantityLike, source: str) -> float:
     return scale
 
 
+def agreed_scale(
+    unit: QuantityLike | None, stated: float | None, path: Path, *, override: bool = False, where: str = ""
+) -> tuple[float, list[str]]:
+    """Return the metres per coordinate unit of a file that may state its unit, and a note on a requested change.
+
+    Parameters
+    ----------
+    unit
+        The unit as given; None for the unit of the file.
+    stated
+        Metres per unit, as the file states it.
+    override
+        Whether ``unit`` overrides the unit of the file.
+    where
+        Place of the unit in the file, for messages.
+    """
+    if unit is None:
+        if stated is None:
+            msg = f"{path}: does not state its unit; give it as unit= (--unit), 'mm' for instance"
+            raise ModelError(msg)
+        return stated, []
+    scale = metres_per_unit(unit, str(path))
+    if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
+        return scale, []
+    states = f"the file states that its unit is {stated:g} m{where}"
+    if override:
+        return scale, [f"{states}, which is overridden: its unit is taken as {scale:g} m"]
+    msg = (
+        f"{path}: {states}, but unit= is {scale:g} m; give the unit of the file, or override_unit=True "
+        "(--override-unit) if the unit in the file comes from a template"
+    )
+    raise GeometryFileError(msg)
+
+
+def check_layers(wanted: Iterable[str], known: Collection[str], path: Path, kind: str = "layer") -> None:
+    """Refuse names of layers, or of materials, that a file does not have.
+
+    Raises
+    ------
+    UnknownNameError
+        For the first such name.
+    """
+    for name in sorted(set(wanted) - set(known)):
+        msg = f"{path}: has no {kind} {name!r}; it has {', '.join(sorted(known)) or 'none'}"
+        raise UnknownNameError(msg)
+
+
+def _common_scale(contents: Sequence[Content], unit: QuantityLike | None, source: str) -> float:
+    """Return the metres per unit of all files: of those that state their unit, and as given for the others."""
+    given = None if unit is None else metres_per_unit(unit, source)
+    scales = [given if content.scale is None else content.scale for content in contents]
+    known = [scale for scale in scales if scale is not None]
+    if len(known) < len(scales):
+        msg = f"{source}: unit is missing; give the unit of the coordinates (--unit), such as 'mm'"
+        raise ModelError(msg)
+    if max(known) - min(known) > SAME_UNIT * max(known):
+        units = ", ".join(f"{scale:g} m" for scale in sorted(set(known)))
+        msg = f"{source}: their units differ ({units}); import the files one by one"
+        raise GeometryFileError(msg)
+    return known[0]
+
+
 def make_blocks(
     contents: Sequence[Content],
     paths: Sequence[Path],
     *,
-    unit: QuantityLike,
+    unit: QuantityLike | None,
     fixed: str | Iterable[str],
     exclude: Iterable[str],
     up: str,
@@ -102,7 +189,7 @@ def make_blocks(
     """
     source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
     content = contents[0] if len(contents) == 1 else _joined(contents, paths)
-    scale = metres_per_unit(unit, source)
+    scale = _common_scale(contents, unit, source)
     flat = None if tolerance is None else positive_length(tolerance, f"{source}: tolerance")
     if up not in _UP:
         msg = f"{source}: up is {shown(up)}; give the axis of the file that points up: 'x', 'y' or 'z'"
@@ -225,7 +312,7 @@ def _with_supports_behind_faces(bodies: list[Solid], fixed: Sequence[str], repai
     whole = [body.vertices for body in bodies if len(body.faces) > 1]
     supports = []
     for body in bodies:
-        is_support = body.fixed or any(_pattern(name).fullmatch(body.name) for name in fixed)
+        is_support = body.fixed or any(_pattern(_split(name)[0]).fullmatch(body.name) for name in fixed)
         if len(body.faces) != 1 or not is_support or not whole:
             supports.append(body)
             continue
@@ -233,6 +320,13 @@ def _with_supports_behind_faces(bodies: list[Solid], fixed: Sequence[str], repai
         supports.append(replace(body, vertices=vertices, faces=faces, fixed=True))
         repairs.append(Repair(body.name, "behind", 1))
     return supports
+
+
+def _split(text: str) -> tuple[str, tuple[str, ...]]:
+    """Return the name of a support, and the motions after its last colon; all motions without them."""
+    name, _, motions = text.rpartition(":")
+    held = tuple(motion.strip() for motion in motions.split(","))
+    return (name, held) if name and set(held) <= set(MOTIONS) else (text, MOTIONS)
 
 
 def _pattern(text: str) -> re.Pattern[str]:
@@ -267,7 +361,7 @@ def _without_copies(blocks: list[Block], source: str, repairs: list[Repair]) -> 
         one, other, near = blocks[i], blocks[j], WELD * extents[i]
         if j in copies or i in copies or not _same_shape(one, other, near):
             continue
-        if (one.material, one.fixed) != (other.material, other.fixed):
+        if (one.material, one.held) != (other.material, other.held):
             msg = (
                 f"{source}: blocks {one.name!r} and {other.name!r} are one body given twice, of different materials or "
                 "only once as a support; remove one of them, or exclude it by name"
@@ -292,9 +386,10 @@ def _same_shape(one: Block, other: Block, near: float) -> bool:
 def _supported(blocks: list[Block], fixed: Sequence[str], source: str, notes: list[str]) -> list[Block]:
     """Mark supports by name, and on request the lowest blocks and a new block of ground."""
     known = {b.name for b in blocks}
-    names: set[str] = set()
+    held: dict[str, set[str]] = {b.name: set(b.held) for b in blocks}
     grounds: list[Block] = []
-    for name in fixed:
+    for text in fixed:
+        name, motions = (text, MOTIONS) if text in known else _split(text)
         keyword, _, rest = name.partition(" ")
         if name in known and keyword == "lowest":
             msg = (
@@ -303,16 +398,19 @@ def _supported(blocks: list[Block], fixed: Sequence[str], source: str, notes: li
             )
             raise ModelError(msg)
         found = {b for b in known if _pattern(name).fullmatch(b)}
+        if keyword == "lowest" and not found:
+            found = _lowest(blocks, rest.strip(), source, notes)
         if found:
-            names |= found
-        elif keyword == "lowest":
-            names |= _lowest(blocks, rest.strip(), source, notes)
-        elif keyword == "ground" and "ground" not in known:
+            for one in found:
+                held[one].update(motions)
+        elif keyword == "ground" and motions == MOTIONS and "ground" not in known:
             grounds = [ground_under(blocks, rest.strip(), source)]
             notes.append(f"a fixed block 'ground' added, its top at {grounds[0].shape.vertices[:, 2].max():.6g} m")
         else:
-            raise UnknownNameError(_no_block(name, "fix", [b.name for b in blocks], source))
-    return [*grounds, *(attrs.evolve(b, fixed=b.fixed or b.name in names) for b in blocks)]
+            raise UnknownNameError(_no_block(text, "fix", [b.name for b in blocks], source))
+    blocks = [attrs.evolve(b, fixed=held[b.name]) for b in blocks]
+    notes += [f"held in {', '.join(b.held)} alone: {b.name}" for b in blocks if b.is_roller]
+    return [*grounds, *blocks]
 
 
 def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> set[str]:
@@ -333,7 +431,7 @@ def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> 
 
 
 def _no_block(name: str, verb: str, names: Sequence[str], source: str) -> str:
-    more = "; or give lowest or ground" if verb == "fix" else ""
+    more = "; or give lowest, ground, or NAME:x,z for some motions" if verb == "fix" else ""
     return f"{source}: no block {name!r} to {verb}; there are {_few(names)}{more}"
 
 

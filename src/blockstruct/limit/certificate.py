@@ -13,12 +13,12 @@ from blockstruct.notebook import html_table
 
 Array = NDArray[np.float64]
 
-#: Name and unit of each of the four measures.
+#: Name of each of the four measures, and the words around its value.
 _JUDGED = {
-    "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
-    "yield_excess": ("yield excess", "dead wrenches of the lighter block, or the normal force there"),
-    "interpenetration": ("interpenetration", "largest relative velocities"),
-    "flow_rule_gap": ("flow-rule gap", "units of the load factor; of the dead load, if a reaction"),
+    "equilibrium_residual": ("equilibrium", "off by at most {} of a block's weight"),
+    "yield_excess": ("strength", "exceeded by at most {} of a block's weight, or of the force there if larger"),
+    "interpenetration": ("contact", "blocks penetrate by at most {} of the largest motion"),
+    "flow_rule_gap": ("flow rule", "missed by {} of the load factor, or of the dead load for a reaction"),
 }
 #: Tolerance of the equilibrium residual and the yield excess of pushover states, in the units of the certificate.
 FORCES = 1e-5
@@ -94,6 +94,11 @@ class Certificate:
         return all(getattr(self, name) <= limit for name, limit in self.tolerances.items())
 
     @property
+    def is_of_a_state(self) -> bool:
+        """Whether there is a state: a program without a solution has NaN measures."""
+        return not np.isnan([getattr(self, name) for name in CERTIFICATE_MEASURES]).any()
+
+    @property
     def admissible(self) -> bool:
         """Whether the forces satisfy equilibrium and the true conditions.
 
@@ -107,19 +112,24 @@ class Certificate:
         return f"certificate {'holds' if self.holds else 'does not hold'}"
 
     def __str__(self) -> str:
-        lines = [f"  {name:<21}{value:>9} (tolerance {limit}) {unit}" for name, value, limit, unit in self._rows()]
+        lines = [f"  {name + ':':<13}{text} (tolerance {limit})" for name, text, limit in self._rows()]
         return "\n".join([self.verdict, *lines])
 
     def _repr_html_(self) -> str:
-        return html_table(self.verdict, ["measure", "value", "tolerance", "measured in"], self._rows())
+        return html_table(self.verdict, ["", "", "tolerance"], self._rows())
 
     @property
     def texts(self) -> dict[str, tuple[str, str]]:
-        """Each of the four measures and its tolerance, as text to two digits."""
-        return {measure: (_said(getattr(self, measure)), _said(limit)) for measure, limit in self.tolerances.items()}
+        """Each of the four measures and its tolerance, as text to two digits; a strength that is not exceeded is 0."""
+        return {
+            measure: (_said(max(getattr(self, measure), 0.0)), _said(limit))
+            for measure, limit in self.tolerances.items()
+        }
 
-    def _rows(self) -> list[tuple[str, str, str, str]]:
-        return [(_JUDGED[measure][0], *texts, _JUDGED[measure][1]) for measure, texts in self.texts.items()]
+    def _rows(self) -> list[tuple[str, str, str]]:
+        """Return the name of each measure, its sentence and its tolerance."""
+        rows = [(*_JUDGED[measure], *texts) for measure, texts in self.texts.items()]
+        return [(name, sentence.format(value), limit) for name, sentence, value, limit in rows]
 
 
 def are_admissible(residual: Array | float, excess: Array | float, settings: ProcedureSettings) -> NDArray[np.bool_]:
@@ -145,7 +155,7 @@ def _said(value: float) -> str:
 CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate) if f.name != "settings")
 
 
-def certify(
+def certify(  # noqa: PLR0913
     problem: LimitProblem,
     x: Array,
     u: Array,
@@ -211,7 +221,8 @@ def certify(
     never = problem.never_slides
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     penetration = np.maximum(penetration, (sliding / problem.force_unit)[never].max(initial=0.0))
-    interpenetration = float(penetration / largest) if largest > 0 else 0.0
+    # A NaN stays a NaN.
+    interpenetration = 0.0 if largest == 0 else float(penetration / largest)
 
     # Largest possible work of each part of a joint at these velocities, less the actual work.
     at_rigid = (n + problem.tension)[rigid] * opening[rigid]

@@ -155,6 +155,9 @@ class Outcome:
         more than the accuracy of the procedure. ``load_factor`` is then this value.
     collapse_time : float
         Time of a record at which a block has fallen, s; NaN if none has.
+    uniform_torsion, biaxial_crushing : float
+        Load factor of the same case with the torsion of uniform pressure, and with crushing about both axes; NaN if it
+        was not found, because no note needs it.
     hung, jammed : tuple of int
         Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
     """
@@ -172,6 +175,8 @@ class Outcome:
     load_ratio: float = np.nan
     without_crushing: float = np.nan
     collapse_time: float = np.nan
+    uniform_torsion: float = np.nan
+    biaxial_crushing: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
 

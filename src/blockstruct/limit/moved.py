@@ -15,7 +15,7 @@ from blockstruct.limit.ties import Ties
 from blockstruct.model import Model, Pushover, Tie
 from blockstruct.model.checks import check_at_block
 from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
-from blockstruct.vocabulary import Torsion
+from blockstruct.vocabulary import Torsion, listed
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -352,6 +352,13 @@ def check_pushover(model: Model, case: Pushover) -> None:
         remedy = "give a point of the block, as one of its corners, or another block"
         what = f"pushover {case.name!r}: control point"
         check_at_block(what, case.control_point, name, blocks[name].shape.vertices, remedy)
+    rollers = [b.name for b in model.blocks if b.is_roller]
+    if rollers:
+        msg = (
+            f"pushover {case.name!r}: {listed(rollers)} held in some motions only, whose axes do not turn with the "
+            "block: fix a block that touches the structure with a joint of friction 0, or run a LimitCase"
+        )
+        raise ModelError(msg)
     for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
         for name, (none, unit, instead) in _UNKNOWN_PROPERTIES.items():
             value = getattr(joint, name)

@@ -108,6 +108,9 @@ class LimitProblem:
         scale = np.repeat([1.0, statics.length], 3)
         dead = wrenches(statics.model, case.dead, case.dead)[statics.free] / scale
         driving = dead if settles else wrenches(statics.model, case.patterns[-1], case.dead)[statics.free] / scale
+        # The units are those of all loads; held motions carry theirs to the supports.
+        governing = np.linalg.norm(dead if dead.any() else driving, axis=1)
+        dead, driving = (np.where(statics.held, 0.0, w) for w in (dead, driving))
         if not driving.any():
             load = "dead" if settles else "variable"
             kind = "record" if isinstance(case, RecordCase) else "settlement" if settles else "limit"
@@ -123,7 +126,6 @@ class LimitProblem:
             )
             raise ModelError(msg)
         variable = np.zeros_like(dead) if settles else driving
-        governing = np.linalg.norm(dead if dead.any() else variable, axis=1)
         # A block without load gets the mean unit.
         wrench_unit = np.where(governing > 0, governing, governing[governing > 0].mean())
 
@@ -220,6 +222,17 @@ class LimitProblem:
             return self
         ties = replace(self.ties, columns=self.ties.columns[:-1])
         return replace(self, A=self.A[:-1], w_D=self.w_D[:-1], w_L=self.w_L[:-1], ties=ties, settlement=None)
+
+    @property
+    def idle(self) -> NDArray[np.bool_]:
+        """Whether each row is empty, without load: velocities do not depend on it, and count as zero.
+
+        So are the rows of held motions.
+        """
+        rows: NDArray[np.bool_] = (self.w_D == 0) & (self.w_L == 0)
+        for columns in (self.A, self.ties.columns):
+            rows[columns.indices] = False
+        return rows
 
     @property
     def groups(self) -> NDArray[np.int64]:

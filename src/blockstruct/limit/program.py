@@ -222,7 +222,7 @@ class ConicProgram:
         return (
             float(solution.y[0]) / self.unit,
             solution.y[1 : 1 + 3 * self.problem.n_points].reshape(-1, 3),
-            solution.z[: self.zero_rows] / self.total,
+            np.where(self.problem.idle, 0.0, solution.z[: self.zero_rows] / self.total),
         )
 
 

@@ -19,7 +19,7 @@ from blockstruct.model.detection_report import (
     FoundContact,
     lies_between,
 )
-from blockstruct.model.fit import overlaps
+from blockstruct.model.fit import SameBlocks, overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JOINT_PROPERTIES, JointMaterial
 from blockstruct.model.limit_case import LimitCase
@@ -68,6 +68,7 @@ __all__ = [
     "DetectionReport",
     "DetectionTolerances",
     "FoundContact",
+    "SameBlocks",
     "lies_between",
     "overlaps",
     # loads

@@ -1,20 +1,32 @@
 """Rigid blocks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence, Set
 from typing import ClassVar, Self
 
 import numpy as np
 from attrs import field, frozen
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryError
+from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.model.checks import checked_direction, checked_name
-from blockstruct.model.fields import ModelObject, has_name, instance_of, is_truth, named_arguments
+from blockstruct.model.fields import ModelObject, has_name, instance_of, named_arguments
 from blockstruct.model.material import Material
 from blockstruct.units import VectorLike, si_array, si_vector
+from blockstruct.vocabulary import MOTIONS
 
 Array = NDArray[np.float64]
+
+
+def held_motions(value: bool | Iterable[str], what: str = "") -> tuple[str, ...]:
+    """Return the motions in which a block is held, in the order of :data:`~blockstruct.vocabulary.MOTIONS`."""
+    if isinstance(value, bool):
+        return MOTIONS if value else ()
+    motions = value if isinstance(value, Sequence | Set) and not isinstance(value, str) else [value]
+    if not all(isinstance(motion, str) and motion in MOTIONS for motion in motions):
+        msg = f"{what} is {shown(value)}; give True, False or motions that are held: {', '.join(MOTIONS)}"
+        raise ModelError(msg)
+    return tuple(motion for motion in MOTIONS if motion in motions)
 
 
 #: Largest angle between a face and the direction that selects it, degrees.
@@ -32,8 +44,10 @@ class Block(ModelObject):
     shape : Polyhedron
         Vertices in m, outward faces.
     material : Material
-    fixed : bool
-        Whether the block is a support.
+    held : tuple of str
+        Motions in which the support holds the block, some of ``x, y, z, rx, ry, rz``: along the global axes, and about
+        them through the centroid. All six of a fixed block, none of a free one. The argument is ``fixed``: True,
+        False, or these motions, as ``("x", "z")``.
     """
 
     computed: ClassVar = {"volume": "volume", "centroid": "length", "weight": "force"}
@@ -41,10 +55,32 @@ class Block(ModelObject):
     name: str = field(validator=has_name)
     shape: Polyhedron = field(repr=False)
     material: Material = field(validator=instance_of(Material))
-    fixed: bool = field(default=False, validator=is_truth)
+    held: tuple[str, ...] = field(default=(), converter=held_motions, alias="fixed", repr=False)
+
+    def __repr__(self) -> str:
+        fixed = f", fixed={self.fixed or self.held})" if self.held else ")"
+        return f"{super().__repr__()[:-1]}{fixed}"
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the block is held in all motions."""
+        return len(self.held) == len(MOTIONS)
+
+    @property
+    def is_roller(self) -> bool:
+        """Whether the block is held in some motions, and moves in the others."""
+        return bool(self.held) and not self.fixed
 
     @classmethod
-    def box(cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool = False) -> Self:
+    def box(
+        cls,
+        name: str,
+        origin: VectorLike,
+        size: VectorLike,
+        material: Material,
+        *,
+        fixed: bool | Iterable[str] = False,
+    ) -> Self:
         """Return an axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
         Parameters
@@ -56,7 +92,7 @@ class Block(ModelObject):
         material
             Material of the block.
         fixed
-            Whether the block is a support.
+            Whether the block is a support, or the motions in which a support holds it: :attr:`held`.
         """
         checked_name(name, "block")
         corner = si_vector(origin, "length", f"block {name!r}: origin")
@@ -75,7 +111,7 @@ class Block(ModelObject):
         faces: Sequence[Sequence[int]],
         material: Material,
         *,
-        fixed: bool = False,
+        fixed: bool | Iterable[str] = False,
     ) -> Self:
         """Return a polyhedron with polygon faces, convex or not, each plane within 0.2 % of the size of the block.
 
@@ -90,7 +126,7 @@ class Block(ModelObject):
         material
             Material of the block.
         fixed
-            Whether the block is a support.
+            Whether the block is a support, or the motions in which a support holds it: :attr:`held`.
 
         Raises
         ------

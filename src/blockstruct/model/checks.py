@@ -4,7 +4,7 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ AXES_BY_NAME = {
 #: Deviation of the length of a direction from 1: the largest that is allowed, and the largest that is left unchanged.
 _LENGTH, _ROUNDING = 1e-3, 1e-12
 #: Largest distance of a point from the box around its block, relative to the block: rounding.
-_OFF_BLOCK = 1e-3
+OFF_BLOCK = 1e-3
 
 
 def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
@@ -60,9 +60,14 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     return (x / length, y / length, z / length) if abs(length - 1) > _ROUNDING else (x, y, z)
 
 
+def is_name(name: Any) -> TypeGuard[str]:
+    """Return whether a value is a name: a text that is not blank, printable on one line, and not too long."""
+    return isinstance(name, str) and bool(name.strip()) and name.isprintable() and len(name) <= LONGEST_NAME
+
+
 def checked_name(name: Any, kind: str) -> str:
     """Return the name; refuse a blank text, one that is not printable on one line, or one too long to be stored."""
-    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+    if not is_name(name):
         msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
     return name
@@ -174,7 +179,7 @@ def check_at_block(
         If it is outside by more than rounding.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    slack = _OFF_BLOCK * float((high - low).max())
+    slack = OFF_BLOCK * float((high - low).max())
     if np.any(point < low - slack) or np.any(point > high + slack):
         msg = (
             f"{what} at block {block!r} is {tuple(point)} m, outside the block, which extends from "

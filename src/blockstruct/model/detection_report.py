@@ -1,13 +1,15 @@
 """Report on the contacts that a detection of interfaces accepted and rejected."""
 
 import math
-from collections.abc import Iterable
+import operator
+from collections.abc import Iterable, Sequence
 from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 from attrs import field, frozen
 
+from blockstruct.model.block import Block
 from blockstruct.model.fields import ModelObject
 from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
@@ -294,23 +296,28 @@ class DetectionReport(ModelObject):
         other, small = [c for c in self.rejected if c.reason != "area" and not c.is_hidden], self.accepted_slivers
         hidden = sum(c.is_hidden for c in self.rejected)
         apart = [c for c in self.close if c[2] > t.gap]
-        rejected = f"{counted(len(other), 'contact')} rejected by gap, penetration or angle"
-        close = f"{counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart"
+        near, nonplanar = len(self.near_misses), len(self.nonplanar_faces)
+        on_line = len(self.close) - len(apart)
+        findings = {
+            f"{counted(len(self.slivers), 'sliver')} left out": len(self.slivers),
+            f"{counted(len(self.between_supports), 'contact')} between supports left out": len(self.between_supports),
+            f"{counted(len(self.untouched), 'block')} without interface": len(self.untouched),
+            f"{counted(len(other), 'contact')} rejected by gap, penetration or angle": len(other),
+            f"{counted(near, 'near miss', 'near misses')} within twice the tolerances": near,
+            counted(len(self.overlaps), "overlap"): len(self.overlaps),
+            counted(nonplanar, "non-planar face"): nonplanar,
+            counted(len(self.floating), "floating block"): len(self.floating),
+            f"{counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart": len(apart),
+            f"{counted(on_line, 'pair')} that touch on a line only": on_line,
+            f"{counted(hidden, 'contact')} rejected, in whole or in part, for a block between": hidden,
+        }
+        found = f"{counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2"
         lines = [
-            f"{counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
-            f"{counted(len(self.slivers), 'sliver')} left out",
-            f"{counted(len(self.between_supports), 'contact')} between supports left out",
-            f"{counted(len(self.untouched), 'block')} without interface",
+            f"{found} (gap tolerance {t.gap:.3g} m, angle {math.degrees(t.angle):.3g} deg)",
             f"joints: {', '.join(joints) or 'none'}",
-            f"{rejected} ({math.degrees(t.angle):.3g} deg)",
-            f"{counted(len(self.near_misses), 'near miss', 'near misses')} within twice the tolerances",
-            f"{counted(len(self.overlaps), 'overlap')}, {counted(len(self.nonplanar_faces), 'non-planar face')}",
-            f"{counted(len(self.floating), 'floating block')}",
-            f"{close}, {len(self.close) - len(apart)} on a line",
+            *(sentence for sentence, count in findings.items() if count),
+            *self.hints,
         ]
-        if hidden:
-            lines.append(f"{counted(hidden, 'contact')} rejected, in whole or in part, for a block between")
-        lines += self.hints
         if small:
             lines.append(
                 f"{counted(len(small), 'sliver')} among the interfaces, {1 / SLIVER:.0f} times smaller than joints "
@@ -320,16 +327,33 @@ class DetectionReport(ModelObject):
         for kind, texts in self.listing():
             if kind != BETWEEN_SUPPORTS:
                 lines += [f"  {kind}: {text}" for text in texts[:LISTED]]
-                lines += [f"  {kind}: {len(texts) - LISTED} more, all in report.table()"] * (len(texts) > LISTED)
+                lines += [f"  {kind}: {len(texts) - LISTED} more"] * (len(texts) > LISTED)
         return "\n".join(lines)
 
 
 @frozen(repr=False)
 class Detection:
-    """Interfaces of a set of blocks, and the report on their detection."""
+    """Interfaces of a set of blocks, and the report on their detection.
+
+    Attributes
+    ----------
+    interfaces : tuple of Interface
+    report : DetectionReport
+    blocks : tuple of Block
+        Blocks that were searched; a model of the same blocks takes their overlaps from the report.
+    """
 
     interfaces: tuple[Interface, ...]
     report: DetectionReport
+    blocks: tuple[Block, ...] = ()
+
+    def overlaps_of(self, blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]] | None:
+        """Return the overlaps (i, j, depth in m) of these blocks; None for other blocks or a smaller gap."""
+        same = len(blocks) == len(self.blocks) and all(map(operator.is_, blocks, self.blocks))
+        if not same or gap < self.report.tolerances.gap:
+            return None
+        index = {block.name: k for k, block in enumerate(blocks)}
+        return [(index[a], index[b], depth) for a, b, depth in self.report.overlaps]
 
     def __repr__(self) -> str:
         return f"<Detection: {self.report!r}>"

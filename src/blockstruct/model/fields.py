@@ -15,11 +15,11 @@ import attrs
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
 from blockstruct.keywords import did_you_mean
-from blockstruct.model.checks import checked_direction, checked_name, checked_text, checked_tuple
+from blockstruct.model.checks import checked_direction, checked_name, checked_text, checked_tuple, is_name
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_vector, to_quantity
 
 Vector = tuple[float, float, float]
-#: Name of a block, and a point in m.
+#: Name of a block, and a point in m. Without a name the model finds the block.
 Anchor = tuple[str, Vector]
 #: Default of an argument that None leaves out: the field then stores its ``absent`` value.
 LEFT_OUT: Any = None
@@ -64,7 +64,7 @@ class ModelObject:
         value = getattr(self, name)
         if value is None:
             return None
-        return to_quantity(value[1] if _is_anchor(value) else value, known[name])
+        return to_quantity(value[1] if is_anchor(value) else value, known[name])
 
     def __repr__(self) -> str:
         texts: list[str] = []
@@ -169,13 +169,20 @@ def unit_vector(value: VectorLike, dimension: str = "", remedy: str = "", what: 
     return checked_direction(value, what, remedy)
 
 
-def anchor(value: tuple[str, VectorLike], dimension: str = "", what: str = "") -> Anchor:
-    """Return the block and the point in m at which a tie ends."""
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
-        msg = f"{what} is {shown(value)}; give a block and a point, as in ('b1', Q_([0, 0, 3], 'm'))"
+def anchor(value: Any, dimension: str = "", what: str = "") -> Anchor:
+    """Return the block and the point in m at which a tie ends; a point alone has an empty name."""
+    is_text = isinstance(value, str)
+    if hasattr(value, "magnitude") or (value.lstrip().startswith(("[", "(")) if is_text else _has_three(value)):
+        return "", si_vector(value, dimension, what)
+    if is_text or not isinstance(value, Sequence) or len(value) != 2:
+        msg = f"{what} is {shown(value)}; give a point, or a block and a point, as in ('b1', Q_([0, 0, 3], 'm'))"
         raise ModelError(msg)
     block, point = value
     return checked_name(block, f"{what}: block"), si_vector(point, dimension, what)
+
+
+def _has_three(value: Any) -> bool:
+    return isinstance(value, Sequence) and len(value) == 3
 
 
 def items(value: Iterable[Any], kind: Any = object, what: str = "") -> tuple[Any, ...]:
@@ -199,8 +206,10 @@ Validator = Callable[[Any, Any, Any], None]
 
 def has_name(thing: Any, field: Any, value: Any) -> None:
     """Refuse a text that cannot be a name."""
-    kind = snake_case(type(thing).__name__).replace("_", " ") if field.name == "name" else ""
-    checked_name(value, kind or f"{label(thing)}: {field.name}")
+    # A thousand interfaces have three names each, and the words of an error take longer than the check.
+    if not is_name(value):
+        kind = snake_case(type(thing).__name__).replace("_", " ") if field.name == "name" else ""
+        checked_name(value, kind or f"{label(thing)}: {field.name}")
 
 
 def has_source(thing: Any, _: Any, value: Any) -> None:
@@ -240,12 +249,13 @@ not_negative = limit(lambda value: value >= 0, "give zero or more")
 def _in_context(convert: Callable[..., Any]) -> Any:
     @functools.wraps(convert)
     def in_context(value: Any, thing: Any, field: Any) -> Any:
-        return convert(value, what=f"{label(thing)}: {field.name}", **field.metadata)
+        return convert(value, what=f"{label(thing)}: {field.alias or field.name}", **field.metadata)
 
     return attrs.Converter(in_context, takes_self=True, takes_field=True)
 
 
-def _is_anchor(value: Any) -> bool:
+def is_anchor(value: Any) -> bool:
+    """Return whether a stored value is an anchor."""
     return isinstance(value, tuple) and isinstance(value[0], str)
 
 
@@ -257,6 +267,7 @@ def _is_default(value: Any, field: Any) -> bool:
 def _text(value: Any, dimension: str | None) -> str:
     if dimension is None or value is None:
         return str(value) if isinstance(value, StrEnum) else repr(value)
-    if _is_anchor(value):
-        return f"({value[0]!r}, {quantity_text(value[1], dimension)})"
+    if is_anchor(value):
+        block, point = value[0], quantity_text(value[1], dimension)
+        return f"({block!r}, {point})" if block else point
     return quantity_text(value, dimension)

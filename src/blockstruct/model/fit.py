@@ -4,6 +4,7 @@ Detections and models use the same functions: a model accepts every interface of
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
 from blockstruct.model.block import Block
-from blockstruct.model.detection_report import DetectionReport
+from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import counted, listed
 
@@ -31,7 +32,38 @@ COVERED, PARALLEL = 1e-3, 0.99
 SAME_AREA = 1e-6
 
 
-def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]]:
+class SameBlocks:
+    """Blocks that count as equal if their names, supports and shapes are equal, whatever their materials.
+
+    A study builds one geometry for many runs. Functions that keep their last result find it by this key.
+    """
+
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        self.blocks = tuple(blocks)
+        self._key = tuple((b.name, b.fixed, b.shape.faces, b.shape.vertices.tobytes()) for b in blocks)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SameBlocks) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
+class SameInterfaces:
+    """Interfaces that count as equal if their blocks and polygons are equal, whatever their joint materials."""
+
+    def __init__(self, interfaces: Sequence[Interface]) -> None:
+        self.interfaces = tuple(interfaces)
+        self._key = tuple((i.name, i.minus, i.plus, i.polygon.tobytes()) for i in interfaces)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SameInterfaces) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
+def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None) -> list[tuple[int, int, float]]:
     """Return the blocks that overlap by more than contacts within a gap.
 
     Contacts are measured between the mean planes of faces. The deviation of corners from these planes is added to the
@@ -43,6 +75,8 @@ def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]
         In the order of the indices in the result.
     gap
         Largest penetration of a contact, m.
+    found
+        Detection whose report has the overlaps, if it is of the same blocks.
 
     Returns
     -------
@@ -50,12 +84,18 @@ def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]
         ``i < j``. Pairs of supports are included.
     """
     off = [float(b.shape.deviations.max()) for b in blocks]
-    pairs = overlapping_pairs([b.shape for b in blocks], gap)
+    known = found.overlaps_of(blocks, gap) if found else None
+    pairs = overlapping_pairs([b.shape for b in blocks], gap) if known is None else known
     return [(i, j, depth) for i, j, depth in pairs if depth > gap + off[i] + off[j]]
 
 
 def check_overlaps(
-    who: str, blocks: Sequence[Block], interfaces: Sequence[Interface], detection: DetectionReport | None, size: float
+    who: str,
+    blocks: Sequence[Block],
+    interfaces: Sequence[Interface],
+    detection: DetectionReport | None,
+    size: float,
+    found: Detection | None = None,
 ) -> None:
     """Refuse blocks that overlap, unless both are supports.
 
@@ -69,7 +109,7 @@ def check_overlaps(
     joined = {frozenset((i.minus, i.plus)) for i in interfaces}
     pairs = [
         (a.name, b.name, depth)
-        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap))
+        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap, found))
         if not ((a.fixed and b.fixed) or (depth <= JOINED_OVERLAP * size and frozenset((a.name, b.name)) in joined))
     ]
     if pairs:
@@ -102,8 +142,15 @@ def check_interfaces(
     GeometryError
         If an interface does not lie on its blocks, or covers a second interface.
     """
-    if not interfaces:
-        return
+    if interfaces:
+        _check_interfaces(who, SameBlocks(blocks), SameInterfaces(interfaces), detection, size)
+
+
+@lru_cache(maxsize=1)
+def _check_interfaces(
+    who: str, same_blocks: SameBlocks, same: SameInterfaces, detection: DetectionReport | None, size: float
+) -> None:
+    blocks, interfaces = same_blocks.blocks, same.interfaces
     shapes = [b.shape for b in blocks]
     known = {b.name: k for k, b in enumerate(blocks)}
     ends = np.array([(known[i.minus], known[i.plus]) for i in interfaces])

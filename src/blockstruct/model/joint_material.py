@@ -115,7 +115,7 @@ class JointMaterial(ModelObject):
     torsion: Torsion = field(default=Torsion.CORNERS, converter=_torsion)
     source: str = field(default="", validator=has_source)
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         name: str,
         friction_coefficient: Any = None,

@@ -6,6 +6,7 @@ from typing import Any, get_args
 
 import attrs
 from attrs import field, frozen
+from attrs.validators import optional
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.checks import checked_tuple
@@ -85,7 +86,7 @@ class PointLoad(ModelObject):
     Parameters
     ----------
     block
-        Name of the block that carries the load.
+        Name of the block that carries the load. Without it, the block at the point carries the load.
     point : quantity, length, three components
         Point of action in global coordinates. It moves with the block.
     force : quantity, force, three components
@@ -96,9 +97,9 @@ class PointLoad(ModelObject):
         m and N.
     """
 
-    block: str = field(validator=has_name)
-    point: Vector = field(converter=vector, metadata={"dimension": "length"})
-    force: Vector = field(converter=vector, metadata={"dimension": "force"})
+    block: str | None = field(default=None, validator=optional(has_name))
+    point: Vector = field(default=LEFT_OUT, converter=vector, metadata={"dimension": "length"})
+    force: Vector = field(default=LEFT_OUT, converter=vector, metadata={"dimension": "force"})
 
 
 def _is_index(load: Any, _: Any, face: Any) -> None:

@@ -12,17 +12,19 @@ import numpy as np
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.geometry import unsupported
+from blockstruct.geometry import bodies_at, unsupported
 from blockstruct.model.block import Block
-from blockstruct.model.checks import check_unrepeated
+from blockstruct.model.checks import OFF_BLOCK, check_unrepeated
 from blockstruct.model.detection_report import Detection, DetectionReport
-from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments
+from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments, store
 from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
+from blockstruct.model.tie_segments import anchored
 from blockstruct.notebook import html_table
+from blockstruct.units import VectorLike, si_vector
 from blockstruct.vocabulary import Torsion, counted, listed
 
 
@@ -35,7 +37,7 @@ class Model(ModelObject):
     name
         Name of the structure.
     blocks
-        Blocks with unique names, at least one of them fixed.
+        Blocks with unique names, at least one of them fixed or on rollers.
     interfaces : Detection or iterable of Interface
         Result of :func:`blockstruct.detect_interfaces`, or interfaces with unique names between blocks of the model.
         The model accepts every interface of a Detection, because it knows the tolerances.
@@ -57,7 +59,7 @@ class Model(ModelObject):
         If an interface, a tie or the report names a block or an interface that the model does not have.
     """
 
-    computed: ClassVar = {"characteristic_length": "length"}
+    computed: ClassVar = {"characteristic_length": "length", "weight": "force"}
 
     name: str = field(validator=has_name)
     blocks: tuple[Block, ...] = field(converter=items, metadata={"kind": Block})
@@ -74,28 +76,27 @@ class Model(ModelObject):
         detection: DetectionReport | None = None,
         ties: Iterable[AnyTie] = (),
     ) -> None:
+        found = interfaces if isinstance(interfaces, Detection) else None
         if isinstance(interfaces, Detection):
             detection = interfaces.report if detection is None else detection
             interfaces = interfaces.interfaces
         self.__attrs_init__(name, blocks, interfaces, detection, ties)
-        self._check()
+        self._check(found)
         self._check_ties()
 
     def __repr__(self) -> str:
-        fixed = sum(b.fixed for b in self.blocks)
-        size = f"{counted(len(self.blocks), 'block')}, {fixed} fixed, {counted(len(self.interfaces), 'interface')}"
+        size = f"{self._size}, {counted(len(self.interfaces), 'interface')}"
         ties = f", {counted(len(self.ties), 'tie')}" if self.ties else ""
         return f"<Model {self.name!r}: {size}{ties}>"
 
     def _repr_html_(self) -> str:
+        return html_table(self.name, ["", ""], self._rows())
+
+    @property
+    def _size(self) -> str:
+        rollers = sum(b.is_roller for b in self.blocks)
         size = f"{counted(len(self.blocks), 'block')}, {sum(b.fixed for b in self.blocks)} fixed"
-        weight = sum(b.weight for b in self.blocks if not b.fixed)
-        rows = [("blocks", f"{size}; the free ones weigh {weight / 1e3:.4g} kN")]
-        rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
-        rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
-        rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
-        rows += [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
-        return html_table(self.name, ["", ""], rows)
+        return f"{size}, {rollers} on rollers" if rollers else size
 
     @property
     def materials(self) -> dict[str, Material]:
@@ -118,6 +119,24 @@ class Model(ModelObject):
         return float(np.mean([b.volume for b in self.blocks if not b.fixed]) ** (1 / 3))
 
     @property
+    def weight(self) -> float:
+        """Weight of the free blocks, N."""
+        return math.fsum(b.weight for b in self.blocks if not b.fixed)
+
+    def summary(self) -> str:
+        """Return the size, weight, materials and ties of the model, one line each."""
+        return "\n".join([self.name, *(f"  {name}: {text}" for name, text in self._rows())])
+
+    def _rows(self) -> list[tuple[str, str]]:
+        corners = np.concatenate([b.shape.vertices for b in self.blocks if not b.fixed])
+        extent = " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0))
+        rows = [("blocks", f"{self._size}; the free ones weigh {self.weight / 1e3:.4g} kN and extend over {extent} m")]
+        rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
+        rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
+        rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
+        return rows + [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
+
+    @property
     def hash(self) -> str:
         """SHA-256 of the content with all bits of the SI numbers, unchanged by storage."""
         digest = hashlib.sha256()
@@ -125,7 +144,9 @@ class Model(ModelObject):
             "name": self.name,
             "materials": [_fields(m) for m in self.materials.values()],
             "joint_materials": [_fields(m) for m in self.joint_materials.values()],
-            "blocks": [(b.name, b.material.name, b.fixed, b.shape.faces) for b in self.blocks],
+            "blocks": [
+                (b.name, b.material.name, list(b.held) if b.is_roller else b.fixed, b.shape.faces) for b in self.blocks
+            ],
             "interfaces": [(i.name, i.minus, i.plus, i.joint_material.name) for i in self.interfaces],
         }
         if self.ties:
@@ -143,6 +164,52 @@ class Model(ModelObject):
             raise UnknownNameError(msg)
         return block
 
+    def block_at(self, point: VectorLike) -> Block:
+        """Return the block at a point: inside it, or on a face that no other free block shares.
+
+        Parameters
+        ----------
+        point : quantity, length, three components
+            In global coordinates. A free block counts before a support.
+
+        Raises
+        ------
+        ModelError
+            If no block is at the point, or several blocks share it.
+
+        Examples
+        --------
+        >>> from blockstruct import Q_
+        >>> from blockstruct.model import Interface, JointMaterial
+        >>> tuff = Material("tuff", "12 kN/m^3")
+        >>> base = Block.box("base", "[0, 0, -1] m", "[1, 1, 1] m", tuff, fixed=True)
+        >>> top = Block.box("top", "[0, 0, 0] m", "[1, 1, 1] m", tuff)
+        >>> bed = Q_([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "m")
+        >>> joint = Interface("bed", "base", "top", bed, JointMaterial("dry", 0.6))
+        >>> Model("pier", [base, top], [joint]).block_at("[0.5, 0.5, 1] m").name
+        'top'
+        """
+        at = np.array(si_vector(point, "length", f"model {self.name!r}: point"))
+        within, on = bodies_at([b.shape for b in self.blocks], at, OFF_BLOCK * self.characteristic_length)
+        found = [self.blocks[k] for k in within or on]
+        found = [b for b in found if not b.fixed] or found
+        if len(found) == 1:
+            return found[0]
+        where = f"model {self.name!r}: the point ({', '.join(f'{x:.6g}' for x in at)}) m"
+        if found:
+            msg = f"{where} is on a joint of {listed([b.name for b in found])}; move it into one of them, or name one"
+        else:
+            msg = f"{where} is in no block; the nearest is {self._nearest(at)}"
+        raise ModelError(msg)
+
+    def _nearest(self, point: Any) -> str:
+        """Return the block whose box is nearest to a point, and the extent of this box."""
+        corners = [(b.shape.vertices.min(axis=0), b.shape.vertices.max(axis=0)) for b in self.blocks]
+        away = [float(np.linalg.norm(np.maximum(0, np.maximum(low - point, point - high)))) for low, high in corners]
+        k = int(np.argmin(away))
+        low, high = (end.round(6).tolist() for end in corners[k])
+        return f"{self.blocks[k].name!r}, which extends from {low} to {high} m"
+
     def with_ties(self, ties: Iterable[AnyTie]) -> "Model":
         """Return the same structure with other ties."""
         other: Model = changed(self, ties=items(ties, AnyTie, f"model {self.name!r}: ties"))
@@ -152,6 +219,7 @@ class Model(ModelObject):
     def _check_ties(self) -> None:
         self._check_names("tie", self.ties)
         try:
+            store(self, ties=tuple(anchored(tie, self.block_at) for tie in self.ties))
             tie_segments(self.ties, self.blocks)
         except ModelError as error:
             error.add_note(f"in model {self.name!r}")
@@ -160,7 +228,7 @@ class Model(ModelObject):
     def _check_names(self, kind: str, objects: Iterable[Any]) -> None:
         check_unrepeated((o.name for o in objects), f"model {self.name!r}: {kind}")
 
-    def _check(self) -> None:
+    def _check(self, found: Detection | None) -> None:
         who = f"model {self.name!r}"
         self._check_names("block", self.blocks)
         self._check_names("interface", self.interfaces)
@@ -172,7 +240,7 @@ class Model(ModelObject):
             if twice:
                 msg = f"{who}: different {kind}s share the names {listed(twice)}; rename them"
                 raise ModelError(msg)
-        if not any(b.fixed for b in self.blocks):
+        if not any(b.held for b in self.blocks):
             msg = f"{who}: no block is fixed; add the ground as a block with fixed=True (--ground of imports)"
             raise ModelError(msg)
         if all(b.fixed for b in self.blocks):
@@ -195,12 +263,12 @@ class Model(ModelObject):
         fit = who, self.blocks, self.interfaces, self.detection, self.characteristic_length
         check_interfaces(*fit)
         # Overlaps come first, because an overlapping block has no interfaces and would count as floating.
-        check_overlaps(*fit)
+        check_overlaps(*fit, found)
         self._check_floating(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int)
-        floating = [self.blocks[k].name for k in unsupported(np.array([b.fixed for b in self.blocks]), ends)]
+        floating = [self.blocks[k].name for k in unsupported(np.array([bool(b.held) for b in self.blocks]), ends)]
         if floating:
             msg = (
                 f"model {self.name!r}: floating blocks, {len(floating)} in all, have no path to a support through "

@@ -1,7 +1,8 @@
 """Segments of ties with one force, and the check of anchors."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from attrs import field, frozen
@@ -9,7 +10,8 @@ from attrs import field, frozen
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.model.block import Block
 from blockstruct.model.checks import check_at_block
-from blockstruct.model.fields import Anchor, ModelObject, Vector, named_arguments
+from blockstruct.model.fields import Anchor, ModelObject, Vector, changed, is_anchor, label, named_arguments
+from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed
 
 #: Length of a tie, relative to the larger of its blocks, below which it has no direction.
@@ -53,6 +55,25 @@ class TieSegment(ModelObject):
     bond: tuple[float, float] = field(default=(math.inf, math.inf), metadata={"dimension": "force"})
     prestress: float = field(default=0.0, metadata={"dimension": "force"})
     elongation_limit: float = field(default=math.inf, metadata={"dimension": "length"})
+
+
+def anchored(tie: Any, block_at: Callable[[Any], Block]) -> Any:
+    """Return a tie with the names of the blocks at ends that are given by a point alone.
+
+    Parameters
+    ----------
+    tie
+    block_at
+        Returns the block at a point: :meth:`Model.block_at`.
+    """
+    ends = {end: getattr(tie, end) for end in ("start", "end") if is_anchor(getattr(tie, end))}
+    try:
+        unnamed = {end: point for end, (block, point) in ends.items() if not block}
+        found = {end: (block_at(to_quantity(point, "length")).name, point) for end, point in unnamed.items()}
+    except ModelError as error:
+        error.add_note(f"at an end of {label(tie)}")
+        raise
+    return changed(tie, **found) if found else tie
 
 
 def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Block]) -> None:

@@ -40,9 +40,9 @@ class Tie(ModelObject):
     ----------
     name
         Unique among the ties of a model.
-    start, end : (str, quantity, length, three components)
-        Name of a block, and the point of the anchor in global coordinates. The force acts along the line between the
-        two points.
+    start, end : quantity, length, three components; or (str, quantity)
+        The point of the anchor in global coordinates, or the name of a block and the point. Without a name, the model
+        finds the block at the point. The force acts along the line between the two points.
     yield_force : quantity, force
         Of the bar.
     area, strength : quantities, area and stress
@@ -163,9 +163,9 @@ class Strip(ModelObject):
     ----------
     name
         Unique among the ties of a model.
-    start, end : (str, quantity, length, three components)
-        Name of a block, and a point of the centre line of the strip on its surface, in global coordinates. A strip
-        spans one joint. Model a strip over several joints as one strip per joint.
+    start, end : quantity, length, three components; or (str, quantity)
+        A point of the centre line of the strip on the surface of a block, in global coordinates, or the name of the
+        block and the point. A strip spans one joint. Model a strip over several joints as one strip per joint.
     area, strength : quantities, area and stress
         Cross-section A_f of the strip, and its design strength f_fd, reduced for debonding.
     elongation_limit : quantity, length

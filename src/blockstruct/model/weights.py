@@ -7,6 +7,7 @@ from attrs.validators import optional
 
 from blockstruct.errors import ModelError
 from blockstruct.model.fields import (
+    LEFT_OUT,
     ModelObject,
     Vector,
     has_name,
@@ -43,9 +44,10 @@ class Weight(ModelObject):
     Parameters
     ----------
     block
-        Name of the block that carries the weight.
+        Name of the block that carries the weight. Without it, the block at the point carries the weight.
     point : quantity, length, three components
-        Centre of mass, above, in or below the block, and within it in plan. It moves with the block.
+        Centre of mass, within the block in plan. With the name of the block, it may be above or below the block. It
+        moves with the block.
     weight : quantity, force
         Above zero.
     mass_share : float
@@ -60,11 +62,13 @@ class Weight(ModelObject):
     --------
     >>> Weight("3.1", ["0.2 m", "0.1 m", "1.5 m"], "12 kN")
     Weight(block='3.1', point=(0.2, 0.1, 1.5) m, weight=12 kN)
+    >>> Weight(point="[0.2, 0.1, 1.5] m", weight="12 kN")
+    Weight(point=(0.2, 0.1, 1.5) m, weight=12 kN)
     """
 
-    block: str = field(validator=has_name)
-    point: Vector = field(converter=vector, metadata=_LENGTH)
-    weight: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force"})
+    block: str | None = field(default=None, validator=optional(has_name))
+    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=_LENGTH)
+    weight: float = field(default=LEFT_OUT, converter=scalar, validator=_is_downwards, metadata={"dimension": "force"})
     mass_share: float = field(default=1.0, converter=number, validator=_is_share, metadata=_NUMBER)
 
 

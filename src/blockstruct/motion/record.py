@@ -12,7 +12,7 @@ from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
 from blockstruct.motion.dynamics import ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
 from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
-from blockstruct.vocabulary import Reason, Torsion
+from blockstruct.vocabulary import Reason, Torsion, listed
 
 Array = NDArray[np.float64]
 
@@ -308,7 +308,8 @@ def check_record(model: Model, case: RecordCase) -> None:
     ------
     ModelError
         If a joint has cohesion, tensile strength, a finite compressive strength, dilatancy, infinite friction or a
-        torsion other than at corners; if the model has ties; if a free block has no mass.
+        torsion other than at corners; if the model has ties, or blocks that are held in some motions only; if a free
+        block has no mass.
     """
     who = f"record case {case.name!r}"
     for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
@@ -326,6 +327,11 @@ def check_record(model: Model, case: RecordCase) -> None:
         if joint.torsion is not Torsion.CORNERS:
             msg = f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}; give that of corners"
             raise ModelError(msg)
+    if rollers := [b.name for b in model.blocks if b.is_roller]:
+        msg = (
+            f"{who}: {listed(rollers)} held in some motions only, which is not followed; fix these blocks, or free them"
+        )
+        raise ModelError(msg)
     if model.ties:
         names = ", ".join(tie.name for tie in model.ties[:3])
         msg = f"{who}: the model has ties, {names}, which are not followed in motion; give model.with_ties(())"

@@ -17,7 +17,7 @@ from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
-from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
+from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import (
     checked_parameters,
@@ -33,6 +33,7 @@ from blockstruct.results.pushed_ties import (
     broken_ties,
     pushed_tie_state,
 )
+from blockstruct.results.reactions import support_reactions
 from blockstruct.results.response import (
     arrays_of_response,
     beginning_of,
@@ -107,7 +108,9 @@ __all__ = [
     "history_of",
     "iteration_variables",
     "interface_resultants",
+    "support_reactions",
     "MacroBlock",
+    "body_table",
     "macro_blocks",
     "mechanism",
     "tie_forces",

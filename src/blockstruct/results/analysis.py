@@ -1,7 +1,11 @@
 """An analysis: a model and the results of its cases."""
 
+import webbrowser
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from importlib import import_module
+from pathlib import Path
+from tempfile import mkdtemp
 from textwrap import indent
 from types import MappingProxyType
 from typing import Any, Self
@@ -53,7 +57,7 @@ class Analysis(Mapping[str, CaseResult]):
     parameters: Mapping[str, Any]
     study: str
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         model: Model,
         results: Mapping[str, CaseResult],
@@ -117,6 +121,29 @@ class Analysis(Mapping[str, CaseResult]):
     def headlines(self) -> dict[str, Headline]:
         """Load factor, range and bound of every case, without runs of spreads."""
         return {name: result.headline for name, result in self.items() if result.of_case not in self}
+
+    def view(self, path: str | Path | None = None) -> Path:
+        """Write the interactive page of the analysis and return its path.
+
+        Parameters
+        ----------
+        path
+            File to write. By default a temporary file, which the browser shows.
+
+        Raises
+        ------
+        ModelError
+            If no case has an iteration.
+        MissingExtraError
+            Without the extra ``viz``.
+        """
+        # Views stand above results, and are loaded by name when they are used.
+        page = import_module("blockstruct.views.page")
+        if path is not None:
+            return Path(page.write_page(self, path))
+        written = Path(page.write_page(self, Path(mkdtemp(prefix="blockstruct-")) / "analysis.html"))
+        webbrowser.open(written.as_uri())
+        return written
 
     def replaced(self, **changes: Any) -> Self:
         """Return the same analysis with some attributes replaced."""

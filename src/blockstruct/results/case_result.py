@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
@@ -9,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
@@ -17,21 +18,26 @@ from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.crushing_cells import crushing_in_cells
 from blockstruct.results.description import describe, failures
 from blockstruct.results.headline import Headline
-from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
+from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.pushed_ties import broken_ties
+from blockstruct.results.reactions import support_reactions
 from blockstruct.results.response import response_words
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.torsion import torsion_notes
 from blockstruct.results.utilisation import biaxial_crushing, utilisation
-from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, ended, why
+from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, effect_note, ended, why
 from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
+#: Notes on torsion that its measured effect replaces.
+_OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
+#: Figures of a result.
+_KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
 #: Statuses whose last iteration shows how the structure falls under its dead load.
 _FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
@@ -65,7 +71,7 @@ class CaseResult:
     certificate : Certificate or None
         Certificate of the last iteration. If the status is unstable under dead load, it proves the state in which the
         joints carry the largest share of the dead load. If the status depends on self-stress, it proves a collapse
-        state of the dead load. None if unbounded, or without iterations.
+        state of the dead load. None if unbounded, without iterations, or if the last program has no solution.
     history : xarray.Dataset
         Every iteration. The history of a file is read at its first use.
     started_at : str
@@ -212,9 +218,19 @@ class CaseResult:
         return macro_blocks(self.model, self.mechanism, dead=self.case.dead)
 
     @property
+    def bodies(self) -> pd.DataFrame:
+        """Moving bodies as a table of vectors: :func:`blockstruct.results.body_table`."""
+        return body_table([body for body in self.macro_blocks if body.moves])
+
+    @property
     def resultants(self) -> xr.Dataset:
         """Resultants: :func:`blockstruct.results.interface_resultants`."""
         return interface_resultants(self.history)
+
+    @property
+    def support_reactions(self) -> xr.Dataset:
+        """Reactions of the supports: :func:`blockstruct.results.support_reactions`."""
+        return support_reactions(self.model, self.case, self.history)
 
     @property
     def states(self) -> xr.DataArray:
@@ -324,28 +340,15 @@ class CaseResult:
         return tuple(map(str, self._cautions))
 
     @property
-    def torsion_warning(self) -> str:
-        """Sentences on torsion that the number depends on; usually empty.
-
-        :func:`blockstruct.results.corner_torsion` gives the figures of each joint.
-        """
-        return " ".join(map(str, self._torsion))
-
-    @property
-    def crushing_warning(self) -> str:
-        """Sentences on rectangular joints that bear too much; usually empty.
-
-        Such joints bend about both axes.
-
-        It is always empty with ``crushing_interaction="biaxial"``. ``result.utilisation["crushing"]`` gives the
-        figures of each joint.
-        """
-        return str(self._crushing or "")
-
-    @property
     def cells(self) -> str:
         """Sentences on joints that crush in cells; empty without any."""
         return str(self._cells or "")
+
+    @property
+    def wanted_effects(self) -> tuple[str, ...]:
+        """Facts of the outcome that would tell the effect of a note: ``uniform_torsion``, ``biaxial_crushing``."""
+        torsion = any(note.code in _OF_CORNERS for note in self._torsion)
+        return ("uniform_torsion",) * torsion + ("biaxial_crushing",) * (self._crushing is not None)
 
     @property
     def _cells(self) -> Note | None:
@@ -367,12 +370,22 @@ class CaseResult:
 
     @property
     def _torsion(self) -> list[Note]:
-        return torsion_notes(self.model, self.history, self.answer.name) if self.status is Status.CONVERGED else []
+        if self.status is not Status.CONVERGED:
+            return []
+        notes, changed = torsion_notes(self.model, self.history, self.answer.name), self.outcome.uniform_torsion
+        if np.isnan(changed):
+            return notes
+        effect = effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
+        kept = [note for note in notes if note.code not in _OF_CORNERS]
+        return [*([effect] if effect else []), *kept]
 
     @property
     def _crushing(self) -> Note | None:
         if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
             return None
+        changed = self.outcome.biaxial_crushing
+        if np.isfinite(changed):
+            return effect_note(NoteCode.BIAXIAL_CRUSHING, self.load_factor, changed, self.answer)
         return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
 
     @property
@@ -437,19 +450,43 @@ class CaseResult:
             msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
         given = ProcedureSettings.of(settings)
-        holds = bool(certificate.get("holds"))
-        return cls(
-            case=case,
-            settings=given,
-            certificate=Certificate(**measures, holds=holds, settings=given) if certificate else None,
-            **rest,
-        )
+        proof = Certificate(**measures, holds=bool(certificate.get("holds")), settings=given) if certificate else None
+        # Files of earlier versions have certificates of programs without a solution. None of them holds.
+        kept = proof if proof and (proof.holds or proof.is_of_a_state) else None
+        return cls(case=case, settings=given, certificate=kept, **rest)
 
     @property
     def masses(self) -> str:
         """Sentences on the masses that a push moves; empty for self-weight alone."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
         return "" if plain else pushed_masses(self.model, self.case)
+
+    def plot(self, kind: str = "", **options: Any) -> Any:
+        """Draw the result and return the Axes.
+
+        Parameters
+        ----------
+        kind
+            A figure of :mod:`blockstruct.views.figures` that takes a result: ``"mechanism"``, ``"structure"``,
+            ``"forces"``, ``"loads"``, ``"convergence"``, ``"certificate"`` or ``"capacity"``. By default the mechanism,
+            or the structure if nothing moves.
+        options
+            Arguments of the figure, such as ``look="3d"`` or ``ax=``.
+
+        Raises
+        ------
+        ModelError
+            If the kind is unknown.
+        MissingExtraError
+            Without the extra ``viz``.
+        """
+        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
+        kind = kind or ("mechanism" if moves else "structure")
+        if kind not in _KINDS:
+            msg = f"case {self.name!r}: no figure {shown(kind)}; give one of {', '.join(_KINDS)}"
+            raise ModelError(msg)
+        # Views stand above results, and are loaded by name when they are used.
+        return getattr(import_module("blockstruct.views.figures"), kind)(self, **options)
 
     def describe(self) -> str:
         """Return sentences on the collapse.

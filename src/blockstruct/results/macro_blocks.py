@@ -1,15 +1,18 @@
 """Macro-blocks: blocks that move together in the collapse mechanism."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics import carried_weights
+from blockstruct.vocabulary import AXES
 
 Array = NDArray[np.float64]
 
@@ -19,6 +22,8 @@ TOGETHER = 0.02
 LEAST = 1e-3
 #: Velocity, relative to the same velocity, below which a body is at rest.
 AT_REST = 0.01
+#: Unit of each vector of a body.
+_UNITS = {"centroid": "meter", "translation": "dimensionless", "rotation": "radian / meter", "axis": "meter"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +83,28 @@ class MacroBlock:
         if turning <= 1e-3 * moved:
             return None
         return self.rotation / turning, self.centroid + np.cross(self.rotation, self.translation) / turning**2
+
+
+def body_table(bodies: Sequence[MacroBlock]) -> pd.DataFrame:
+    """Return the motion of bodies as a table, one row per body.
+
+    Returns
+    -------
+    DataFrame
+        ``blocks`` (their number), ``weight`` and ``carried``; ``centroid``, ``translation``, ``rotation`` and ``axis``
+        (a point of the axis) along x, y and z. ``table.attrs["units"]`` has the units.
+    """
+    rows = []
+    for body in bodies:
+        point = np.full(3, np.nan) if body.axis is None else body.axis[1]
+        vectors = zip(_UNITS, (body.centroid, body.translation, body.rotation, point), strict=True)
+        columns = {f"{name}_{axis}": float(v) for name, vector in vectors for axis, v in zip(AXES, vector, strict=True)}
+        rows.append({"body": body.name, "blocks": len(body.blocks), "weight": body.weight, "carried": body.carried})
+        rows[-1] |= columns
+    table = pd.DataFrame(rows).set_index("body") if rows else pd.DataFrame()
+    table.attrs["units"] = {"weight": "newton", "carried": "newton"}
+    table.attrs["units"] |= {f"{name}_{axis}": unit for name, unit in _UNITS.items() for axis in AXES}
+    return table
 
 
 def macro_blocks(

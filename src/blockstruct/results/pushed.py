@@ -25,8 +25,7 @@ def pushed_masses(model: Model, case: Case) -> str:
 
 
 def _of_push(model: Model, case: Case) -> str:
-    patterns = [p.name for p in case.patterns if any(isinstance(load, BodyForce) for load in p.loads)]
-    if not patterns:
+    if not any(isinstance(load, BodyForce) for p in case.patterns for load in p.loads):
         return ""
     free = np.array([not b.fixed for b in model.blocks])
     own = sum(b.weight for b in model.blocks if not b.fixed)
@@ -37,10 +36,9 @@ def _of_push(model: Model, case: Case) -> str:
         chosen = free[carried.block] & (names[carried.load] == name)
         weight, pushed = (float(column[chosen].sum()) for column in (carried.weight, carried.pushed))
         if weight:
-            share = "" if pushed == weight else f" of {_kn(weight)}"
-            parts.append(f"{_kn(pushed)}{share} of {name}")
-    said = f"The mass-proportional load {' and '.join(map(repr, patterns))} acts on the weight of the free blocks, "
-    said += f"{_kn(own)}, and on {', '.join(parts)} of {case.dead.name!r}." if parts else f"{_kn(own)}, alone."
+            share = "" if pushed == weight else f" (of {_kn(weight)})"
+            parts.append(f"{_kn(pushed)} {name}{share}")
+    said = f"Pushed weight: {' + '.join([f'{_kn(own)} masonry', *parts])}."
     on_supports = float(carried.weight[~free[carried.block]].sum())
     if on_supports > 1e-9 * own:
         said += f" Weights of {_kn(on_supports)} on supports do nothing."

@@ -9,13 +9,11 @@ from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model
 from blockstruct.results.history import division_of
 from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
-from blockstruct.text import Note, torsion_note
+from blockstruct.text import EFFECT, Note, torsion_note
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
 
-#: Share of the answer from which a note reports the excess.
-_REPORTED = 0.02
 #: Multiple of the torsion and shear under uniform pressure, and share of the weight that presses such joints, from
 #: which the forces alone give a note. Measured on 176 cases of walls, frames, arches, domes and a vault: of 27 that
 #: only the forces show, uniform pressure takes 2 % to 43 % of the load factor from 24, and under 1 % from three.
@@ -118,7 +116,7 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str) -> list[Note]:
     notes = []
     for joints, corners in ((found[at_corners], True), (found[~at_corners], False)):
         share = float(joints["share"].sum())
-        if share > _REPORTED:
+        if share > EFFECT:
             worst = joints[joints["share"] > 0].sort_values("share", ascending=False)
         else:
             # Joints that do not move do no work, but their torsion may hold the structure all the same.
@@ -126,6 +124,6 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str) -> list[Note]:
             if not float(worst["normal"].sum()) > _PRESSED * weight:
                 continue
         names, times = [str(name) for name in worst.index], float(worst["times"].iloc[0])
-        moved = share if share > _REPORTED else None
+        moved = share if share > EFFECT else None
         notes.append(torsion_note(names, times, moved, answer, at_corners=corners))
     return notes

@@ -82,7 +82,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
 
     Model, loads and history give it.
 
-    It is None if the case is unbounded or has no iterations, as there is no state to certify.
+    It is None if the case is unbounded, has no iterations, or its last program has no solution.
 
     Raises
     ------
@@ -94,7 +94,8 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
         return None
     division = division_of(analysis.model, result.settings.crushing_cells, result.history)
     statics = Statics.of(analysis.model, division)
-    return _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
+    proof = _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
+    return proof if proof.is_of_a_state else None
 
 
 def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
@@ -153,7 +154,8 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     again = state.certificate(result.settings)
     stored = result.certificate
     if stored is None:
-        yield "there is no certificate"
+        if again.is_of_a_state:
+            yield "there is no certificate"
         return
     last = {name: float(result.history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
     scales = again.tolerances | {"flow_rule_gap_limit": again.flow_rule_gap_limit}

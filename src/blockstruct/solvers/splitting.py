@@ -171,7 +171,7 @@ class Splitting:
         all_weights = penalty * self._weights(guess.x)
         H, weight = self._inverse(all_weights), all_weights[self._order]
         AH = sp.csr_array(contact.A @ H)
-        solve = _factorised(sp.coo_array(AH @ contact.AT))
+        solve = _factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
         push = solve(w_L)
         stiffness = _dot(w_L, push)
         # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import PlanFaces, products
 from blockstruct.model import AreaLoad, Block, FillLoad, LineLoad, LoadPattern, Model, Weight
+from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed
 
 Array = NDArray[np.float64]
@@ -89,7 +90,15 @@ class Placing:
         ------
         UnknownNameError
             If the model does not have this block.
+        ModelError
+            If the load has no name of a block, and no block is at its point.
         """
+        if load.block is None:
+            try:
+                return self.index[self.model.block_at(to_quantity(load.point, "length")).name]
+            except ModelError as error:
+                error.add_note(f"in load pattern {self.pattern!r}: {type(load).__name__}")
+                raise
         if load.block not in self.index:
             msg = (
                 f"load pattern {self.pattern!r}: {type(load).__name__} on block {load.block!r}, which model "

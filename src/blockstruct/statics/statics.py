@@ -11,6 +11,7 @@ from blockstruct.model import Model
 from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.ties import TieTable
+from blockstruct.vocabulary import MOTIONS
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,10 @@ class Statics:
     tie_columns : (6 F, M) sparse array
         Wrenches of unit forces in the M stretches of ties; moments are divided by ``length``.
     free : (F,) array
-        Indices of the free blocks.
+        Indices of the blocks that are not fixed.
+    held : (F, 6) array
+        Whether a support holds each motion of these blocks. The rows of held motions are empty: their equilibrium
+        needs no joint.
     length : float
         Characteristic length, m.
     """
@@ -40,6 +44,7 @@ class Statics:
     ties: TieTable
     tie_columns: sp.csc_array
     free: NDArray[np.int64]
+    held: NDArray[np.bool_]
     length: float
 
     @classmethod
@@ -53,12 +58,21 @@ class Statics:
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length
         ties = TieTable.of(model)
+        held = np.array([[motion in model.blocks[i].held for motion in MOTIONS] for i in free])
+        moves = sp.diags_array((~held).ravel().astype(float))
+
+        def without_held(matrix: sp.csc_array) -> sp.csc_array:
+            left = sp.csc_array(moves @ matrix)
+            left.eliminate_zeros()
+            return left
+
         return cls(
             model=model,
             points=points,
-            A=equilibrium_matrix(points, centroids, free, length),
+            A=without_held(equilibrium_matrix(points, centroids, free, length)),
             ties=ties,
-            tie_columns=ties.columns(centroids, free, length),
+            tie_columns=without_held(ties.columns(centroids, free, length)),
             free=free,
+            held=held,
             length=length,
         )

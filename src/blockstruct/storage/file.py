@@ -48,6 +48,7 @@ from blockstruct.storage.layout import (
     response_findings,
 )
 from blockstruct.storage.netcdf import (
+    Image,
     dimension_number,
     member,
     netcdf_image,
@@ -659,18 +660,55 @@ def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
     raise violated(file.path, found)
 
 
-def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tuple[memoryview, bytes]:
+class ModelImage(NamedTuple):
+    """The part of a file that is the same before and after a run: its schema and its model."""
+
+    image: Image
+    model: xr.Dataset
+
+    @classmethod
+    def of(cls, analysis: Analysis, path: Path) -> Self:
+        """Return the part of the file of an analysis.
+
+        Raises
+        ------
+        FormatError
+            If the model violates the schema or contradicts itself.
+        """
+        model = model_dataset(analysis.model, patterns(analysis.cases))
+        found = [*_violations("/model", model, "model"), *index_findings("/model", model)]
+        if found:
+            raise violated(path, found)
+        root = xr.Dataset({"schema": ((), _short_schema())})
+        return cls(netcdf_image({"/": root, "/model": _described(model, "model")}), model)
+
+
+def sealed_image(
+    analysis: Analysis, path: Path, part: ModelImage | None = None, *, is_plan: bool = False
+) -> tuple[bytes, bytes]:
     """Return the bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
+
+    Parameters
+    ----------
+    analysis
+        The model and its results.
+    path
+        File that errors name.
+    part
+        Part of the file that was made before.
+    is_plan
+        Whether the file is a plan.
 
     Raises
     ------
     FormatError
         If results violate the schema or contradict each other.
     """
-    model = model_dataset(analysis.model, patterns(analysis.cases))
-    tree = {"/": _root(analysis), "/model": _described(model, "model")}
-    found = [*_violations("/", tree["/"], "", ("model", "cases")), *_violations("/model", model, "model")]
-    found += index_findings("/model", model)
+    image, model = part or ModelImage.of(analysis, path)
+    attrs = _root_attributes(analysis)
+    root = xr.Dataset({"schema": ((), "")}, attrs=attrs)
+    found = _violations("/", root, "", ("model", "cases"))
+    tree = {"/": xr.Dataset(attrs=attrs)}
     for name, result in analysis.items():
         place, curve, response = f"/cases/{group_name(name)}", result.capacity, result.response
         case = case_dataset(result, analysis.versions)
@@ -695,8 +733,8 @@ def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tu
             found += case_findings(place, case, history["load_factor"].to_numpy(), **held)
     if found:
         raise violated(path, found)
-    image = netcdf_image(tree)
-    return image, seal_of(image)
+    content = netcdf_image(tree, image).content
+    return content, seal_of(content)
 
 
 def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
@@ -735,8 +773,13 @@ def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = (
     return [(_placed(place, where), what) for where, what in violations(outline_of(ds, groups), SCHEMA, part)]
 
 
-def _root(analysis: Analysis) -> xr.Dataset:
-    attrs = {
+@cache
+def _short_schema() -> str:
+    return json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
+
+
+def _root_attributes(analysis: Analysis) -> dict[str, str]:
+    return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "created_at": analysis.created_at,
@@ -750,5 +793,3 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "parameters": json.dumps({name: stored_value(value) for name, value in analysis.parameters.items()}),
         "study": analysis.study,
     }
-    schema = json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
-    return xr.Dataset({"schema": ((), schema)}, attrs=attrs)

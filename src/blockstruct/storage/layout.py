@@ -73,7 +73,9 @@ _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite, with their dimension.
 _FACTS = {
-    **dict.fromkeys(("peak", "carried", "load_ratio", "without_crushing"), "dimensionless"),
+    **dict.fromkeys(
+        ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing"), "dimensionless"
+    ),
     "collapse_time": "time",
 }
 #: Texts of a result that are stored if not empty.
@@ -200,6 +202,8 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         "block_of_load": ("load", _integers(index.get(getattr(load, "block", None) or "", -1) for _, load in loads)),
         "face_of_load": ("load", _integers(getattr(load, "face", -1) for _, load in loads)),
     }
+    if any(b.is_roller for b in blocks):
+        variables["held_motions"] = ("block", _texts(" ".join(b.held) for b in blocks))
     for name, joint_property in JOINT_PROPERTIES.items():
         variables[name] = _si("joint_material", [getattr(j, name) for j in joints], joint_property.dimension)
     variables["torsion"] = ("joint_material", _texts(str(j.torsion) for j in joints))
@@ -242,9 +246,12 @@ def read_model(ds: xr.Dataset) -> Model:
     faces: list[list[list[int]]] = [[] for _ in names["block"]]
     for block, corner in zip(ds["block_of_face"].to_numpy(), corners, strict=True):
         faces[block].append((corner - first[block]).tolist())
-    of_block = (ds["material_of_block"].to_numpy(), ds["fixed"].to_numpy())
+    held: list[bool | list[str]] = [bool(fixed) for fixed in ds["fixed"].to_numpy()]
+    if "held_motions" in ds:
+        held = [str(motions).split() for motions in ds["held_motions"].to_numpy()]
+    of_block = (ds["material_of_block"].to_numpy(), held)
     blocks = [
-        Block(name, polyhedron(v, f, name), materials[m], bool(fixed))
+        Block(name, polyhedron(v, f, name), materials[m], fixed)
         for name, v, f, m, fixed in zip(names["block"], vertices, faces, *of_block, strict=True)
     ]
     owner = ds["interface_of_interface_corner"].to_numpy()
@@ -457,20 +464,19 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
         attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
     if isinstance(result.case, RecordCase):
         attrs["record"] = json.dumps({name: getattr(result.case, name) for name in _OF_RECORD})
-        variables |= _record(result.case)
-    if result.response is not None:
-        variables["peak_displacement"] = _si((), result.peak_displacement, "length")
+        variables |= _record(result.case, result.peak_displacement)
     return xr.Dataset(variables, attrs=attrs)
 
 
-def _record(case: RecordCase) -> dict[str, Any]:
-    """Return the samples of a record: along its direction, or along the axes; and their times, or the one interval."""
+def _record(case: RecordCase, peak: float) -> dict[str, Any]:
+    """Return the samples of a record, along its direction or the axes, their times, and the peak of the response."""
     dims = "sample" if case.direction is not None else ("sample", "axis")
     name = "record_acceleration" if case.direction is not None else "record_accelerations"
     time = () if isinstance(case.time, float) else "sample"
     return {
         name: _si(dims, np.array(case.acceleration), "acceleration"),
         "record_interval" if time == () else "record_time": _si(time, np.array(case.time), "time"),
+        **({"peak_displacement": _si((), peak, "length")} if math.isfinite(peak) else {}),
     }
 
 
@@ -578,6 +584,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
     # Coordinates far from the origin have fewer digits.
     length = float(np.ptp(corners, axis=0).max() + _ROUNDING / _SAME * np.abs(corners).max())
     derived = {
+        "fixed": ("block", [b.fixed for b in model.blocks], 0.0),
         "volume": ("block", [b.volume for b in model.blocks], max(b.volume for b in model.blocks)),
         "centroid": ("block", [b.centroid for b in model.blocks], length),
         "area": ("interface", [i.area for i in model.interfaces], max(i.area for i in model.interfaces)),
@@ -586,7 +593,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
         joined = [(c.minus, c.plus) for c in model.detection.contacts if not c.reason]
         ends = np.array([[model.block_index[name] for name in pair] for pair in joined], dtype=np.int64)
         floating = np.zeros(len(model.blocks))
-        floating[unsupported(np.array([b.fixed for b in model.blocks]), ends)] = 1
+        floating[unsupported(np.array([bool(b.held) for b in model.blocks]), ends)] = 1
         untouched = ~np.isin(np.arange(len(model.blocks)), ends)
         derived |= {"floating": ("block", floating, 0.0), "untouched": ("block", untouched, 0.0)}
         yield from _detection_findings(path, ds, model)

@@ -6,7 +6,7 @@ square of the number of groups.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -24,24 +24,40 @@ _COORDINATES = "coordinates"
 _DIMENSION = "_Netcdf4Dimid"
 _OF_HDF5 = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
 _NUMBERS = count()
+#: Variables keep the order of their attributes, as netCDF-4 demands.
+_IN_ORDER = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+_IN_ORDER.set_attr_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
 #: Members that a group has at most.
 _MEMBERS = 1000
 #: Bytes of text that are read at once, at most, if the file is larger than its longest text.
 _CHUNK = 1_000_000_000
 
 
-def netcdf_image(tree: Mapping[str, xr.Dataset]) -> memoryview:
-    """Return the bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
+class Image(NamedTuple):
+    """The bytes of a netCDF-4 file, and the number of its dimensions."""
 
-    The file is made in memory: libhdf5 crashes the process on a full disk.
+    content: bytes
+    dimensions: int
+
+
+def netcdf_image(tree: Mapping[str, xr.Dataset], start: Image | None = None) -> Image:
+    """Return a netCDF-4 file with a Dataset in each group; parents stand before their children.
+
+    The file is made in memory: libhdf5 crashes the process on a full disk. It has the groups of another image, too, if
+    one is given.
     """
-    # libhdf5 takes two files of one name for the same, in other threads too.
-    with h5py.File(f"image-{next(_NUMBERS)}", "w", driver="core", backing_store=False, track_order=True) as file:
-        numbers = count()
+    if start is None:
+        # libhdf5 takes two files of one name for the same, in other threads too.
+        name = f"image-{next(_NUMBERS)}"
+        opened = h5py.File(name, "w", driver="core", backing_store=False, track_order=True)
+    else:
+        opened = h5py.File(h5py.h5f.open_file_image(start.content, h5py.h5f.FILE_IMAGE_OPEN_RW))
+    with opened as file:
+        numbers = count(start.dimensions if start else 0)
         for path, ds in tree.items():
             _write(file if path == "/" else _created(file, path), ds, numbers)
         file.flush()
-        return memoryview(file.id.get_file_image())
+        return Image(file.id.get_file_image(), next(numbers))
 
 
 def read_dataset(
@@ -207,11 +223,19 @@ def _write(group: h5py.Group, ds: xr.Dataset, numbers: Iterator[int]) -> None:
 
 
 def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Dataset:
+    # The lower interface, because group.create_dataset is slow.
     if values is None:
-        return group.create_dataset(name, (size,), ">f4")
-    if values.dtype.kind in "OU":
-        return group.create_dataset(name, data=values.astype(object), dtype=_TEXT)
-    return group.create_dataset(name, data=values)
+        kind, shape = h5py.h5t.IEEE_F32BE, (size,)
+    elif values.dtype.kind in "OU":
+        values = np.array(values, dtype=_TEXT)
+        kind, shape = _TEXT_TYPE, values.shape
+    else:
+        kind, shape = h5py.h5t.py_create(values.dtype), values.shape
+    space = h5py.h5s.create_simple(shape) if shape else _ONE
+    item = h5py.h5d.create(group.id, name.encode(), kind, space, dcpl=_IN_ORDER)
+    if values is not None and values.size:
+        item.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
+    return h5py.Dataset(item)
 
 
 def _describe(item: Any, attrs: Mapping[Any, Any]) -> None:

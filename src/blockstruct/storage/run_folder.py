@@ -35,6 +35,7 @@ from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,
     Blank,
+    ModelImage,
     Snapshot,
     Stamp,
     folder_of,
@@ -146,12 +147,20 @@ def _try_folder(place: Path) -> None:
         folder.mkdir()
         folder.rmdir()
     except OSError as error:
-        if not folder.is_dir():
-            if isinstance(error, FileExistsError):
-                raise _in_the_way(place) from error
+        if _is_file(folder):
+            raise _in_the_way(place) from error
+        # Another writer may have removed the folder in the meantime.
+        was_there = isinstance(error, FileExistsError | FileNotFoundError) and not folder.exists()
+        if not was_there and error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
             raise
-        if error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
-            raise
+
+
+def _is_file(folder: Path) -> bool:
+    """Return whether something other than a folder is at a path; a folder may come and go at any moment."""
+    try:
+        return not stat.S_ISDIR(folder.stat().st_mode)
+    except FileNotFoundError:
+        return folder.is_symlink()
 
 
 def _in_the_way(path: Path) -> StorageError:
@@ -229,11 +238,11 @@ def _opened(lock: Path, path: Path) -> IO[bytes]:
         try:
             lock.parent.mkdir(parents=True, exist_ok=True)
             return lock.open("a+b", buffering=0)
-        except FileNotFoundError:
+        except (FileNotFoundError, FileExistsError) as error:
+            if _is_file(lock.parent):
+                raise _in_the_way(path) from error
             # Another writer has just removed the folder; but a link may lead nowhere, however often it is followed.
             continue
-        except FileExistsError as error:
-            raise _in_the_way(path) from error
         except OSError as error:
             msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
             raise StorageError(msg) from error
@@ -381,7 +390,8 @@ def _write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
         draft.unlink(missing_ok=True)
         with draft.open("xb") as stream:
             stream.writelines(parts)
-        sync(draft)
+            stream.flush()
+            os.fsync(stream.fileno())
     except OSError as error:
         with contextlib.suppress(OSError):
             draft.unlink()
@@ -404,18 +414,23 @@ def _put_in_place(draft: Path, place: Path, replaced: Sequence[Stamp]) -> None:
         draft.unlink()
         sync(place.parent)
         return
-    if present is not None and present not in replaced:
-        msg = f"{place}: another file has appeared at this name, and is not replaced; move it away, then try again"
-        raise StorageError(msg)
+    _refuse_other(place, present, replaced)
     draft.replace(place)
     sync(place.parent)
 
 
-def sync(path: str | Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    if os.name == "nt" and Path(path).is_dir():
+def _refuse_other(place: Path, present: Stamp | None, replaced: Sequence[Stamp]) -> None:
+    """Refuse to replace a file that was not there when the run began."""
+    if present is not None and present not in replaced:
+        msg = f"{place}: another file has appeared at this name, and is not replaced; move it away, then try again"
+        raise StorageError(msg)
+
+
+def sync(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk."""
+    if os.name == "nt":
         return  # Windows opens no folders.
-    descriptor = os.open(path, os.O_RDONLY)
+    descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:
@@ -555,9 +570,17 @@ class Checkpoint:
     Use :meth:`begin` or :meth:`reopen`, as a context.
     """
 
-    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
+    def __init__(
+        self,
+        place: Path,
+        lock: WriterLock,
+        planned: Analysis,
+        seal: str,
+        replaced: Sequence[Stamp],
+        part: ModelImage | None = None,
+    ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced = lock, tuple(replaced)
+        self._lock, self._replaced, self._part = lock, tuple(replaced), part
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
         self._steps = dict.fromkeys(planned, 0)
@@ -580,12 +603,16 @@ class Checkpoint:
             clear(folder)
             replaced = _present(place)
             _put(folder / "target", _target(replaced))
-            image, seal = sealed_image(planned, folder / "plan", is_plan=True)
+            part = ModelImage.of(planned, folder / "plan")
+            image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
+            with contextlib.suppress(StorageError):
+                if not is_unfinished(place):
+                    clear(folder_of(place))
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced)
+        return cls(place, lock, planned, seal.decode(), replaced, part)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -601,7 +628,8 @@ class Checkpoint:
         Raises
         ------
         StorageError
-            If there are no such data, or the run is still under way.
+            If there are no such data, the run is still under way, or the path holds a file that was not there when the
+            run began.
         FormatError
             If the plan of the run is damaged.
         """
@@ -618,8 +646,11 @@ class Checkpoint:
             raise StorageError(msg)
         lock = WriterLock(place)
         try:
+            replaced = _aimed(folder / "target")
+            # Before anything is solved: a copied run finds a copy of the file that it was to replace.
+            _refuse_other(place, Stamp.at(place), replaced)
             plan = AnalysisFile(folder / "plan")
-            return cls(place, lock, read_analysis(plan, blank), plan.seal, _aimed(folder / "target"))
+            return cls(place, lock, read_analysis(plan, blank), plan.seal, replaced)
         except BaseException:
             lock.release()
             raise
@@ -664,7 +695,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        _write(sealed_image(analysis, self.place), self.place, self._replaced, self._announce)
+        _write(sealed_image(analysis, self.place, self._part), self.place, self._replaced, self._announce)
         clear(self.folder)
 
     def __enter__(self) -> Self:

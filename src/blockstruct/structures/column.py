@@ -164,7 +164,7 @@ def tilted(
     turn = np.eye(3) + math.sin(theta) * cross + (1 - math.cos(theta)) * cross @ cross
     return [
         Block(
-            b.name, polyhedron(point + (b.shape.vertices - point) @ turn.T, b.shape.faces, b.name), b.material, b.fixed
+            b.name, polyhedron(point + (b.shape.vertices - point) @ turn.T, b.shape.faces, b.name), b.material, b.held
         )
         for b in blocks
     ]

@@ -30,7 +30,8 @@ def wall(
     height: QuantityLike | None = None,
     unit_length: QuantityLike | None = None,
     unit_height: QuantityLike,
-    depth: QuantityLike,
+    depth: QuantityLike | None = None,
+    thickness: QuantityLike | None = None,
     material: Material,
     openings: Sequence[AnyOpening] = (),
     sidewalls: Sequence[Sidewall] = (),
@@ -50,14 +51,16 @@ def wall(
 
     Parameters
     ----------
-    length, depth : quantity, length
-        Length along x from x = 0, and thickness along y from y = 0. Sidewalls have the same thickness.
+    length : quantity, length
+        Length along x from x = 0.
     courses
         Number of courses, from z = 0.
     height : quantity, length
         Height of all courses, in place of their number: a multiple of ``unit_height``.
     unit_length, unit_height : quantity, length
         Length of a whole unit (for rubble, by default, the mean of its limits), and height of every course.
+    thickness, depth : quantity, length
+        Thickness along y from y = 0, of the sidewalls, too. Both names mean the same: give one.
     material
         Material of all blocks.
     openings
@@ -101,19 +104,17 @@ def wall(
     >>> round(sum(b.volume for b in blocks[1:]) / 0.2, 6) == 2 * 2 * 2.4 + 3.2 * 2.4 - 0.8 * 1.6
     True
     """
-    reach, t = positive_length(length, "wall: length"), positive_length(depth, "wall: depth")
+    if (thickness is None) == (depth is None):
+        msg = "wall: give the thickness, or the depth, which means the same; one of them"
+        raise ModelError(msg)
+    name, width = ("depth", depth) if thickness is None else ("thickness", thickness)
+    reach, t = positive_length(length, "wall: length"), positive_length(width, f"wall: {name}")
     course = positive_length(unit_height, "wall: unit_height")
     number = _courses(courses, height, course)
     if rubble is not None and not isinstance(rubble, Rubble):
         msg = f"wall: rubble is {shown(rubble)}; give a Rubble"
         raise ModelError(msg)
-    if unit_length is not None:
-        unit = positive_length(unit_length, "wall: unit_length")
-    elif rubble is not None:
-        unit = (rubble.shortest + rubble.longest) / 2
-    else:
-        msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
-        raise ModelError(msg)
+    unit = _unit(unit_length, rubble)
     headers = None if header_every is None else checked_count(header_every, 2, "wall: header_every")
     bond = Bond(unit, course, t, checked_count(leaves, 1, "wall: leaves"), headers)
     front = checked_tuple(openings, AnyOpening, "wall: openings")
@@ -174,6 +175,16 @@ def wall(
             units = whole.course(j, [part], 0.0, j % 2 == 0, (), rubble=joints, gaps=face, within=slope)
             laid.course(units, j, axes, f"{pier.name}.")
     return laid.blocks
+
+
+def _unit(unit_length: QuantityLike | None, rubble: Rubble | None) -> float:
+    """Return the length of a whole unit, m; by default the mean of the limits of rubble."""
+    if unit_length is not None:
+        return positive_length(unit_length, "wall: unit_length")
+    if rubble is None:
+        msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
+        raise ModelError(msg)
+    return float(rubble.shortest + rubble.longest) / 2
 
 
 def _bonding(depth: float, unit: float) -> float:

@@ -223,7 +223,9 @@ class Directions:
             *(self.data[name].to_numpy() for name in ("direction", "load_factor", "status", "settled")), strict=True
         ):
             drifts = status == Status.CONVERGED and not settled
-            lines.append(f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{in_words(status)}{', NOT SETTLED' * drifts}")
+            lines.append(
+                f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{'NOT SETTLED' if drifts else in_words(status)}"
+            )
         if not math.isnan(self.load_factor):
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):
@@ -235,7 +237,7 @@ class Directions:
         return "\n".join(lines)
 
 
-def directions(
+def directions(  # noqa: PLR0913
     model: Model,
     dead: LoadPattern,
     directions: Any = 8,
@@ -296,7 +298,7 @@ def directions(
     ([0.4, 0.2, 0.4, 0.2], 90.0)
     """
     cases = direction_cases(dead, directions, vertical=vertical, flow=flow)
-    manager = AnalysisManager(model, store, settings=settings, listeners=listeners)
+    manager = AnalysisManager(model, store, settings=settings, listeners=listeners, effects=False)
     around = Directions.of(manager.run(cases, spread=spread))
     if around.without_load_factor:
         msg = (

@@ -145,7 +145,7 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
         model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LoadFactorWarning)
-            manager = AnalysisManager(model, settings=result.settings, progress=False)
+            manager = AnalysisManager(model, settings=result.settings, progress=False, effects=False)
             return manager.run([result.case])[result.name].load_factor
 
     left, right = ((load_factor(step) - result.load_factor) / step for step in (-_STEP, _STEP))

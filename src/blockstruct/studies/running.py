@@ -29,7 +29,7 @@ from blockstruct.studies.task import Job, Problem
 from blockstruct.vocabulary import Flow, Status, counted
 
 
-def study(
+def study(  # noqa: PLR0913
     build: Callable[..., Any],
     parameters: Mapping[str, Any],
     store: str | Path | None = None,

@@ -76,7 +76,7 @@ def carry_out(plan: Plan, job: Job, folder: str | Path) -> Problem:
             values = values_of(job.values)
             model, cases = plan.model_and_cases(values)
             manager = AnalysisManager(
-                model, path, settings=plan.settings, parameters=values, study=plan.study, progress=False
+                model, path, settings=plan.settings, parameters=values, study=plan.study, progress=False, effects=False
             )
             analysis = manager.run(cases, spread=plan.schedules or False)
     except Exception as error:

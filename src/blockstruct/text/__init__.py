@@ -20,7 +20,7 @@ from blockstruct.text.case import (
 )
 from blockstruct.text.caveats import caveats
 from blockstruct.text.ending import ended, found_by, range_text, sentence, why
-from blockstruct.text.joints import biaxial_note, cells_note, torsion_note
+from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
 from blockstruct.text.mechanism import (
     LISTED,
     NO_COLLAPSE_STATE,
@@ -33,10 +33,12 @@ from blockstruct.text.mechanism import (
     more_ties,
     motion_clause,
     moving_sentence,
+    smaller_bodies,
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
 from blockstruct.text.record import response_sentences
+from blockstruct.text.supports import more_rollers, roller_sentence
 from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
 
 __all__ = [
@@ -54,6 +56,8 @@ __all__ = [
     "biaxial_note",
     "caveats",
     "cells_note",
+    "EFFECT",
+    "effect_note",
     "torsion_note",
     # reports
     "Scope",
@@ -93,6 +97,10 @@ __all__ = [
     "more_ties",
     "motion_clause",
     "moving_sentence",
+    "smaller_bodies",
+    # supports
+    "more_rollers",
+    "roller_sentence",
     # ties
     "kilonewton",
     "tie_sentence",

@@ -63,12 +63,11 @@ def certificate_sentence(certificate: Certificate | None, status: Status, answer
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
     loaded = "no joint and no tie" if has_ties else "no joint"
     (residual, of_residual), (excess, of_excess), (depth, of_depth), (gap, of_gap) = certificate.texts.values()
-    beyond = excess if certificate.yield_excess > 0 else 0
     return (
-        f"The {certificate.verdict}: equilibrium is met to {residual} (tolerance {of_residual}) of the dead load of a "
-        f"block, {loaded} is loaded beyond its strength by more than {beyond} ({of_excess}), blocks penetrate by at "
-        f"most {depth} ({of_depth}) of the largest motion, and the flow rule is missed by {gap} ({of_gap}) in units of "
-        f"{_gap_unit(answer)}."
+        f"The {certificate.verdict}: equilibrium is off by at most {residual} of a block's weight (tolerance "
+        f"{of_residual}), {loaded} is loaded beyond its strength by more than {excess} of it ({of_excess}), blocks "
+        f"penetrate by at most {depth} of the largest motion ({of_depth}), and the flow rule is missed by {gap} of "
+        f"{_gap_unit(answer)} ({of_gap})."
     )
 
 

@@ -87,7 +87,7 @@ def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
 
 
 def ended(outcome: Outcome, *, has_procedure: bool) -> str:
-    """Return how a case ended in two or three words, such as ``"converged, not settled"``.
+    """Return how a case ended in two or three words, such as ``"NOT SETTLED"``.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def ended(outcome: Outcome, *, has_procedure: bool) -> str:
     """
     if outcome.status is not Status.CONVERGED or not has_procedure:
         return outcome.status.words
-    return outcome.status.words if outcome.settled else f"{outcome.status.words}, NOT SETTLED"
+    return outcome.status.words if outcome.settled else "NOT SETTLED"
 
 
 def range_text(ends: tuple[float, float] | None, answer: Answer) -> str:

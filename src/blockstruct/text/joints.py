@@ -2,11 +2,20 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from blockstruct.text.answer import Answer
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.vocabulary import counted, listed
 
 #: Joint names that a sentence lists.
 _LISTED = 3
+#: Share of a number below which a change of it has no note.
+EFFECT = 0.01
+_REMEDIES = {
+    NoteCode.CORNER_TORSION: 'torsion="uniform pressure" in the joints',
+    NoteCode.BIAXIAL_CRUSHING: "crushing about both axes together (biaxial)",
+}
 
 
 def torsion_note(joints: Sequence[str], times: float, share: float | None, answer: str, *, at_corners: bool) -> Note:
@@ -39,6 +48,26 @@ def torsion_note(joints: Sequence[str], times: float, share: float | None, answe
         return Note(code, Severity.CAUTION, f"{text} About {share:.0%} of the {answer} comes from it. {remedy}")
     text += f" The {answer} may depend on it: these joints hardly move in the mechanism, so their share is unknown."
     return Note(NoteCode(f"{code}_possible"), Severity.CAUTION, f"{text} {remedy}")
+
+
+def effect_note(code: NoteCode, load_factor: float, changed: float, answer: Answer) -> Note | None:
+    """Return the note on the change of a number by the remedy of a note; None below one percent.
+
+    Parameters
+    ----------
+    code
+        ``corner_torsion`` or ``biaxial_crushing``.
+    load_factor, changed
+        Load factor of the case, and load factor that its remedy gives.
+    answer
+        Name of the number.
+    """
+    change = abs(changed) / abs(load_factor) - 1 if load_factor else np.inf * abs(changed)
+    if not abs(change) >= EFFECT:
+        return None
+    side = "more" if change > 0 else "less"
+    text = f"With {_REMEDIES[code]} the {answer.name} is {answer.text(changed)}, {abs(change):.0%} {side}."
+    return Note(code, Severity.CAUTION, text)
 
 
 def biaxial_note(joints: Sequence[str], times: float, *, is_reaction: bool) -> Note:

@@ -15,7 +15,7 @@ LISTED = 5
 _STAYS = 1e-3
 #: Coordinate of an axis, relative to its distance from the centroid, below which it is solver noise.
 _NOISE = 1e-5
-#: Cosine of the largest angle (3°) between a direction and the axis that names it.
+#: Cosine of the largest angle (3°) between an axis of rotation and the coordinate axis that names it.
 _ALONG = np.cos(np.radians(3.0))
 
 NO_COLLAPSE_STATE = "There is no collapse state. The motion below is from the last iteration."
@@ -39,6 +39,11 @@ def body_sentence(number: int, blocks: Sequence[str], share: float, motion: str)
     return f"{number}. A body of {counted(len(blocks), 'block')} ({names}; {share:.0%} of the weight) {motion}."
 
 
+def smaller_bodies(count: int) -> str:
+    """Return the name of bodies that are summed."""
+    return f"{counted(count, 'smaller body', 'smaller bodies')}"
+
+
 def more_bodies(count: int) -> str:
     """Return the sentence on bodies that are not listed."""
     return f"{count} smaller {'body moves' if count == 1 else 'bodies move'}, too."
@@ -46,7 +51,7 @@ def more_bodies(count: int) -> str:
 
 def more_ties(count: int) -> str:
     """Return the sentence on ties that are not listed."""
-    return f"CaseResult.ties lists {counted(count, 'more tie')}."
+    return f"There {'is' if count == 1 else 'are'} {counted(count, 'more tie')}."
 
 
 def joints_sentence(kind: str, joints: Sequence[str]) -> str:
@@ -84,24 +89,27 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
     else:
         place = np.round(point, 6) + 0.0
-        where = f"an axis along {_vector(direction)} through ({', '.join(map(coordinate, place))}) m"
-    stays = np.linalg.norm(translation) <= _STAYS * speed
-    return f"turns about {where}; its centroid {'stays' if stays else f'moves towards {towards}'}"
+        where = f"an inclined axis near ({', '.join(map(coordinate, place))}) m"
+    if np.linalg.norm(translation) <= _STAYS * speed:
+        return f"turns about {where}; its centroid stays"
+    # A body that overturns goes down, too: its direction is the level one.
+    level = np.array([translation[0], translation[1], 0.0])
+    if np.linalg.norm(level) <= abs(translation[2]):
+        return f"moves towards {towards}, turning about {where}"
+    verb = "leans" if abs(direction[2]) <= np.sqrt(0.5) else "swings"
+    return f"{verb} towards {_direction(level)}, turning about {where}"
 
 
 def _direction(vector: Array) -> str:
+    """Return the axis nearest to a direction, with the component along it unless the direction is the axis."""
     length = np.linalg.norm(vector)
     if length == 0:
         return "nowhere"
     unit = vector / length
     along = int(np.abs(unit).argmax())
-    if abs(unit[along]) > _ALONG:
-        return f"{'+' if unit[along] > 0 else '−'}{AXES[along]}"
-    return _vector(unit)
-
-
-def _vector(values: Array) -> str:
-    return "(" + ", ".join(f"{value:.3g}" for value in np.round(values, 6) + 0.0) + ")"
+    share = abs(unit[along])
+    name = f"{'+' if unit[along] > 0 else '−'}{AXES[along]}"
+    return name if round(share, 2) == 1 else f"{name} ({share:.0%})"
 
 
 def _listed(names: Sequence[str], noun: str) -> str:

@@ -9,6 +9,7 @@ from blockstruct.vocabulary import Status, counted
 #: Checks that a sentence lists.
 _LISTED = 8
 
+NO_SOURCE = "the author of the model"
 NO_CASE = "The analysis has no case."
 NO_DEMAND = (
     "a load factor alone does not verify a structure. It is the multiple of the variable load at which the structure "

@@ -15,8 +15,15 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
-from blockstruct.views.words import admissible_words, pushover_words, range_words, response_words, tie_words
-from blockstruct.vocabulary import counted
+from blockstruct.views.words import (
+    admissible_words,
+    pushover_words,
+    range_words,
+    response_words,
+    roller_words,
+    tie_words,
+)
+from blockstruct.vocabulary import counted, listed
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -58,12 +65,15 @@ def model_text(model: bs.Model) -> str:
     x, y, z = np.ptp(points, axis=0)
     fixed = [b.name for b in model.blocks if b.fixed]
     more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
+    rollers = [f"{b.name} holds {', '.join(b.held)}" for b in model.blocks if b.is_roller]
     weight = sum(b.weight for b in model.blocks if not b.fixed)
     text = (
         f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({', '.join(fixed[:5])}{more})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
+    if rollers:
+        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers, 5).replace(', ', '; ')}"
     if model.ties:
         rest = len(model.ties) - 5
         names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
@@ -84,7 +94,7 @@ def result_text(result: bs.CaseResult) -> Text:
     left = admissible_words(result)
     if left:
         text.append(f"  {left}\n")
-    for sentence in (*tie_words(result), *pushover_words(result), *response_words(result)):
+    for sentence in (*roller_words(result), *tie_words(result), *pushover_words(result), *response_words(result)):
         text.append(f"  {sentence}\n")
     if c is None:
         return text

@@ -104,7 +104,7 @@ def answer_cell(row: Mapping[Any, Any]) -> str:
 def status_cell(row: Mapping[Any, Any]) -> str:
     """Return the status of a case, and whether its load factor settled."""
     drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
-    return f"{row['status']}, NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
+    return "NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
 
 
 def _reactions(row: Mapping[Any, Any]) -> list[str]:

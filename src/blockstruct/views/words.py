@@ -6,8 +6,9 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import text
+from blockstruct.vocabulary import MOTIONS
 
-#: Holding ties of a pushover that are listed.
+#: Holding ties of a pushover, and supports of some motions, that are listed.
 _LISTED = 5
 #: Statuses whose history may hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
@@ -52,6 +53,20 @@ def tie_words(result: bs.CaseResult) -> list[str]:
         return []
     found = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
     return bs.results.tie_sentences(result.history) if found else []
+
+
+def roller_words(result: bs.CaseResult) -> list[str]:
+    """Return a sentence on each support that holds some motions only; none without forces."""
+    rollers = [block for block in result.model.blocks if block.is_roller]
+    found = result.support_reactions.sel(support=[block.name for block in rollers])
+    values = np.hstack([found["force"].to_numpy(), found["moment"].to_numpy()])
+    if not np.isfinite(values).all():
+        return []
+    sentences = [
+        text.roller_sentence(b.name, {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held})
+        for b, row in zip(rollers[:_LISTED], values, strict=False)
+    ]
+    return sentences + [text.more_rollers(len(rollers) - _LISTED)] * (len(rollers) > _LISTED)
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:

@@ -65,10 +65,15 @@ class ContactProblem:
         self.ties = slice(size - len(ties), size)
         self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
 
+    @property
+    def at_rest(self) -> sp.dia_array:
+        """Return the identity of idle rows, which keeps their velocities at zero."""
+        return sp.diags_array(self.problem.idle.astype(float))
+
     @cached_property
     def complement(self) -> SchurComplement:
         """Return the Schur complement with the pattern of all factorisations."""
-        return SchurComplement(sp.csc_array(self.A), self.conditions)
+        return SchurComplement(sp.csc_array(self.A), self.conditions, self.problem.idle)
 
     def with_sliding(self, sliding: Sliding) -> Self:
         """Return the same contacts with another sliding condition."""
@@ -147,7 +152,7 @@ class ContactProblem:
         # Rigid ties that carry the load would leave no displacement to begin with. Auxiliary variables are not forces.
         held = np.zeros_like(self.compliance)
         held[: 3 * self.problem.n_points] = 1 / self.compliance[: 3 * self.problem.n_points]
-        stiffness = sp.csc_matrix(self.A @ sp.diags_array(held) @ self.AT)
+        stiffness = sp.csc_matrix(self.A @ sp.diags_array(held) @ self.AT + self.at_rest)
         elastic = sp.linalg.splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
         return float(self.problem.w_L @ elastic.solve(self.problem.w_L))
 

@@ -28,9 +28,11 @@ class SchurComplement:
     conditions
         Conditions whose groups each connect a few blocks. A contact connects two, a bonded bar all blocks that it
         holds.
+    idle : (6 F,) array
+        Rows whose unknowns are zero.
     """
 
-    def __init__(self, A: sp.csc_array, conditions: Conditions) -> None:
+    def __init__(self, A: sp.csc_array, conditions: Conditions, idle: NDArray[np.bool_]) -> None:
         # The single row of a settlement counts as a separate block.
         n_blocks = -(-A.shape[0] // 6)
         self._stacks, blocks = _stacks(sp.csc_array(A), conditions, n_blocks)
@@ -58,6 +60,7 @@ class SchurComplement:
         self._indices = (entries % n).astype(np.int32)
         self._indptr = np.searchsorted(entries // n, np.arange(n + 1)).astype(np.int32)
         self._diagonal = np.flatnonzero(self._indices == entries // n)
+        self._idle = idle[self._order][self._indices[self._diagonal]]
 
     def factorised(self, weights: Weights) -> "Factor":
         """Factorise the matrix at given weights.
@@ -77,6 +80,7 @@ class SchurComplement:
             values.append(np.matmul(B, right).ravel())
         data = np.asarray(np.bincount(self._entry, np.concatenate(values)[self._kept]), dtype=float)
         data[self._diagonal] *= 1 + REGULARISATION
+        data[self._diagonal] += self._idle
         M = sp.csc_matrix((data, self._indices, self._indptr), shape=(self._size, self._size))
         lu = sp.linalg.splu(M, permc_spec="NATURAL", diag_pivot_thresh=0, options=OPTIONS)
         return Factor(M, lu, self._place, self._order)

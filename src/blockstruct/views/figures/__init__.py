@@ -27,6 +27,7 @@ except ModuleNotFoundError as error:
 from blockstruct.views.figures.capacity import capacity
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve
+from blockstruct.views.figures.dimensions import dimensions
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.fragility import fragility
@@ -40,6 +41,7 @@ from blockstruct.views.figures.verification import verification
 
 __all__ = [
     # of the structure
+    "dimensions",
     "forces",
     "loads",
     "mechanism",

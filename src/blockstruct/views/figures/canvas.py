@@ -157,7 +157,7 @@ class Canvas:
 
 def stones(model: bs.Model) -> list[str]:
     """Return the colour of each block: stone or support."""
-    return [SUPPORT if b.fixed else STONE for b in model.blocks]
+    return [SUPPORT if b.held else STONE for b in model.blocks]
 
 
 def _arrow(tails: Array, vectors: Array, widths: Array) -> Array:

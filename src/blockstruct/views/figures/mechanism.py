@@ -29,6 +29,7 @@ def mechanism(
     result: bs.CaseResult,
     *,
     colour: str = "displacement",
+    color: str | None = None,
     amplitude: Any = None,
     iteration: int = -1,
     look: Any = None,
@@ -43,7 +44,7 @@ def mechanism(
     ----------
     result
         The result of a case.
-    colour
+    colour, color
         ``"displacement"``: mean displacement of a block. ``"macro-block"``: its body
         (:func:`blockstruct.results.macro_blocks`), named in the legend with its weight.
     amplitude : quantity, length
@@ -57,6 +58,7 @@ def mechanism(
     ModelError, UnknownNameError, UnitError, DimensionError
         As :func:`structure`, and if the amplitude is not a length.
     """
+    colour = color or colour
     if colour not in ("displacement", "macro-block"):
         msg = f"mechanism: colour {colour!r}; give 'displacement' or 'macro-block'"
         raise bs.errors.ModelError(msg)

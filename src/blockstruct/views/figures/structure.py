@@ -27,6 +27,7 @@ def structure(
     shown: bs.Model | bs.CaseResult,
     *,
     colour: str = "state",
+    color: str | None = None,
     iteration: int = -1,
     look: Any = None,
     ax: Axes | None = None,
@@ -40,7 +41,7 @@ def structure(
     ----------
     shown
         A result, or a model alone.
-    colour
+    colour, color
         ``"state"``: :func:`blockstruct.results.contact_state`; dashes combine two states or more.
         ``"sliding"``: utilisation of sliding by :func:`blockstruct.results.utilisation`, with a separate colour from
         0.999. ``"crushing"``: the stress block that the normal force of a joint needs at its compressive
@@ -60,6 +61,7 @@ def structure(
         If neither model nor result is given, the result has no iterations, the iteration, colour or look is unknown, or
         stress blocks are asked for and no joint has a compressive strength.
     """
+    colour = color or colour
     if colour not in _COLOURS:
         msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
         raise bs.errors.ModelError(msg)

@@ -8,5 +8,6 @@ except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "page") from error
 
 from blockstruct.views.page.html import page_html, write_page
+from blockstruct.views.page.notebook import NotebookPage
 
-__all__ = ["page_html", "write_page"]
+__all__ = ["NotebookPage", "page_html", "write_page"]

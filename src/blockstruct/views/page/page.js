@@ -211,7 +211,7 @@ function stones() {
   const coloured = at("show-bodies").checked && shown.iteration === current().stage.length - 1, {bodies} = data.look;
   return Array.from(blocks.of_triangle, b => {
     const body = coloured ? current().body[b] : -1;
-    return body >= 0 ? bodies[body % bodies.length] : blocks.fixed[b] ? data.look.support : data.look.stone;
+    return body >= 0 ? bodies[body % bodies.length] : blocks.support[b] ? data.look.support : data.look.stone;
   });
 }
 const traces = [
@@ -340,7 +340,7 @@ function describe() {
   if (p.kind === "block") {
     const u = Array.from(current().velocity.slice((shown.iteration * B + i) * 6, (shown.iteration * B + i) * 6 + 3));
     const scale = largest();
-    rows.push(["block", blocks.name[i] + (blocks.fixed[i] ? " (support)" : "")], ["material", blocks.material[i]],
+    rows.push(["block", blocks.name[i] + (blocks.support[i] ? ` (${blocks.support[i]})` : "")], ["material", blocks.material[i]],
       ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
       ["centroid", place(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
       ["macro-block", (current().bodies[current().body[i]] || {name: "at rest"}).name],
@@ -470,7 +470,10 @@ function chooseCase(index) {
 }
 function pick(kind, index) {
   shown.picked = {kind, index};
-  at("find").value = (kind === "block" ? blocks : interfaces).name[index];
+  const name = (kind === "block" ? blocks : interfaces).name[index];
+  at("find").value = name;
+  // A notebook that shows the page learns what is picked.
+  if (window.parent !== window) window.parent.postMessage({blockstruct: {kind, name}}, "*");
   describe();
   return redraw();
 }

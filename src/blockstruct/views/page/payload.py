@@ -109,7 +109,7 @@ def _blocks(model: bs.Model, solids: Solids, origin: Array) -> dict[str, Any]:
     return {
         "name": [b.name for b in model.blocks],
         "material": [b.material.name for b in model.blocks],
-        "fixed": [b.fixed for b in model.blocks],
+        "support": ["support" if b.fixed else f"held in {', '.join(b.held)}" * bool(b.held) for b in model.blocks],
         "weight": [b.weight for b in model.blocks],
         "volume": [b.volume for b in model.blocks],
         "size": solids.size,

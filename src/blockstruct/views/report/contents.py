@@ -2,19 +2,22 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.text import report
 from blockstruct.units import readable
 from blockstruct.views.figures import drawings, overview
 from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
-from blockstruct.views.report.pictures import address
+from blockstruct.views.report.notes import Notes
+from blockstruct.views.report.pictures import address, geometry_picture, mechanism_picture
 from blockstruct.views.report.pushovers import beginning_words
 from blockstruct.views.report.summary import relied_on
-from blockstruct.views.report.verification import checked, undemanded, verification
+from blockstruct.views.report.verification import checked, shared_sections, undemanded, verification
 from blockstruct.views.selection import shown_results
 from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
@@ -22,13 +25,15 @@ from blockstruct.views.words import (
     certificate_words,
     pushover_words,
     range_words,
+    roller_words,
     spread_words,
     status_words,
     tie_words,
-    warning_words,
 )
 from blockstruct.vocabulary import counted
 
+#: Pictures of a case in the appendix, and their width and height, inches: three in a row.
+_DETAILS, _SMALL = ("forces", "domain", "convergence"), (3.4, 2.7)
 #: Loads of a pattern that are listed.
 _LISTED = 12
 #: Loads whose weight follows from their position.
@@ -42,6 +47,13 @@ def contents(
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
+    # The notes on the case relied on come first, and have the first numbers.
+    notes = Notes()
+    first = relied_on(analysis, of_case, notes)
+    checks_of: dict[str, list[dict[str, Any]]] = {}
+    for name, check in of_case:
+        checks_of.setdefault(name, []).append(verification(name, check, notes))
+    every = [check for found in checks_of.values() for check in found]
     page: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
@@ -54,30 +66,27 @@ def contents(
         "overview": [{"caption": d.caption, "address": address(d)} for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
-        "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
+        "materials": [(m.name, quantity(m.unit_weight, "N/m³"), _source(m)) for m in model.materials.values()],
         "ties": [_tie(tie) for tie in model.ties],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
-        "sources": [(m.name, m.source) for m in model.materials.values() if m.source]
-        + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
-        "relied_on": relied_on(analysis, of_case),
+        "relied_on": first,
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
-        "results": [_headline(r) for r in shown_results(analysis)],
-        "verification": [verification(name, check) for name, check in of_case],
+        "results": [_headline(r, notes, checks_of.get(r.name, [])) for r in shown_results(analysis)],
+        "verification": every,
+        "rounded": bs.assess.lines.ROUNDED,
+        "shared": shared_sections(every),
         "undemanded": undemanded(analysis),
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
-        "cases": [_case(r) for r in shown_results(analysis)],
+        "geometry": geometry_picture(model),
+        "cases": [_case(r, notes, checks_of.get(r.name, [])) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, [check for _, check in of_case]),
         "masses": pushed_masses(model, results),
         "settings": list(results[0].settings.flat.items()),
         "versions": dict(analysis.versions),
     }
-    # The warning on the case relied on comes first.
-    warned = sorted(
-        (case for case in page["results"] if case["warning"]),
-        key=lambda case: case["name"] != page["relied_on"]["name"],
-    )
-    return page | {"warned": warned}
+    on_first_page = {number for number, _ in first["notes"]}
+    return page | {"notes": [item for item in notes.listed() if item[0] not in on_first_page]}
 
 
 def quantity(value: float, unit: str) -> str:
@@ -117,7 +126,12 @@ def _joint(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> list[str]:
         quantity(m.cohesion, "Pa"),
         quantity(m.tensile_strength, "Pa"),
         quantity(m.compressive_strength, "Pa"),
+        _source(m),
     ]
+
+
+def _source(m: bs.Material | bs.JointMaterial) -> str:
+    return m.source or report.NO_SOURCE
 
 
 def _tie(tie: Any) -> list[str]:
@@ -178,13 +192,13 @@ def _load(load: Any) -> str:
             times = "" if share == 1 else f"{share:g} × "
             return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times every block's own weight, and every weight it carries"
         case bs.PointLoad(block=block, point=point, force=force):
-            return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
+            return f"a force {_vector(force, 'N')}{_on(block)} at {_vector(point, 'm')}"
         case bs.FaceLoad():
             return _on_face(load)
         case bs.Moment(block=block, moment=moment):
             return f"a couple {_vector(moment, 'N·m')} on block {block}"
         case bs.Weight(block=block, point=point, weight=weight):
-            return f"a weight of {quantity(weight, 'N')} on block {block} at {_vector(point, 'm')}"
+            return f"a weight of {quantity(weight, 'N')}{_on(block)} at {_vector(point, 'm')}"
         case bs.LineLoad(weight_per_length=weight):
             return f"a weight of {quantity(weight, 'N/m')} along a line {_where(load)}"
         case bs.AreaLoad(weight_per_area=weight):
@@ -193,6 +207,10 @@ def _load(load: Any) -> str:
             sideways = f", with {k:g} of it as lateral pressure" if k else ""
             return f"fill of {quantity(weight, 'N/m³')} up to z = {level:.4g} m, {_where(load)}{sideways}"
     return str(load)
+
+
+def _on(block: str | None) -> str:
+    return "" if block is None else f" on block {block}"
 
 
 def _where(load: bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
@@ -227,13 +245,19 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
-def _headline(r: bs.CaseResult) -> dict[str, str]:
+def _headline(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     head = r.headline
     return _result(r) | {
         "range": head.range,
         "bound": head.bound and (head.answer.text(head.associative) if np.isfinite(head.associative) else "none"),
-        "warning": warning_words(r),
+        "notes": _numbers(r, notes, checks),
+        "checks": checks,
     }
+
+
+def _numbers(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return the numbers of the notes on a case and its checks."""
+    return sorted({*notes.numbers([*r.warnings, *r.owed]), *(n for check in checks for n in check["notes"])})
 
 
 def _result(r: bs.CaseResult) -> dict[str, str]:
@@ -267,7 +291,7 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
     }
 
 
-def _case(r: bs.CaseResult) -> dict[str, Any]:
+def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     # A case without iterations has nothing to count or draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
@@ -278,8 +302,15 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "started_at": r.started_at,
         "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
-        "ties": tie_words(r),
+        "ties": [*roller_words(r), *tie_words(r)],
         "pushover": pushover_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
-        "pictures": [{"caption": d.caption, "address": address(d)} for d in drawings(r)],
+        "notes": _numbers(r, notes, checks),
+        "checks": checks,
+        "picture": mechanism_picture(r),
+        "pictures": [
+            {"caption": d.caption, "address": address(replace(d, size=_SMALL))}
+            for d in drawings(r)
+            if d.name in _DETAILS
+        ],
     }

@@ -1,15 +1,22 @@
 """Pictures of a report."""
 
 import base64
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 import blockstruct as bs
-from blockstruct.views.figures import mechanism, verification
+from blockstruct import text
+from blockstruct.views.figures import dimensions, mechanism, verification
 from blockstruct.views.figures.sheet import Drawing
+from blockstruct.views.selection import moving_bodies
+from blockstruct.views.style import BODY_COLOURS
 
-#: Width and height, inches.
-_SUMMARY, _VERIFICATION, _DIAGRAM = (6.3, 3.1), (6.3, 3.4), (6.3, 2.9)
+#: Width and height, inches: the mechanism of a direction is 9 cm high or more, with its legend next to it.
+_MECHANISM, _GEOMETRY, _DIAGRAM = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9)
+#: Share of the weight of all moving bodies below which a body is summed with others.
+SMALL = 0.02
 
 
 def address(drawing: Drawing) -> str:
@@ -17,14 +24,60 @@ def address(drawing: Drawing) -> str:
     return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")
 
 
-def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] | None:
-    """Return the picture of the mechanism with its load, each moving body in a colour; None without one."""
+def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
+    """Return the picture of the mechanism with its load, and the legend of its bodies; None without a mechanism.
+
+    Bodies below two percent of the moving weight are one entry of the legend.
+    """
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
     caption = _moves(result)
-    size = _SUMMARY if small else _VERIFICATION
-    drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
-    return {"caption": caption, "address": address(drawing)}
+    drawing = Drawing(
+        "mechanism", caption, lambda ax: _without_legend(mechanism(result, colour="macro-block", ax=ax)), _MECHANISM
+    )
+    return {"caption": caption, "address": address(drawing), "bodies": _bodies(result)}
+
+
+def _without_legend(ax: Axes) -> None:
+    legend = ax.get_legend()
+    if legend is not None:
+        legend.remove()
+
+
+def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
+    """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
+    moving = moving_bodies(result, -1)[1]
+    whole = sum(body.total for body in moving)
+    large = [body for body in moving if body.total >= SMALL * whole]
+    rows = [
+        {
+            "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
+            "name": body.name,
+            "weight": _kilonewtons(body.total, body.carried),
+            "motion": text.motion_clause(body.translation, body.axis, body.centroid, body.speed),
+        }
+        for k, body in enumerate(large)
+    ]
+    small = moving[len(large) :]
+    if small:
+        weights = (sum(body.total for body in small), sum(body.carried for body in small))
+        rows.append(
+            {"colour": "", "name": text.smaller_bodies(len(small)), "weight": _kilonewtons(*weights), "motion": ""}
+        )
+    return rows
+
+
+def _kilonewtons(total: float, carried: float) -> str:
+    return f"{text.kilonewton(total)}{f', {text.kilonewton(carried)} of it carried' if carried else ''}"
+
+
+def geometry_picture(model: bs.Model) -> dict[str, str]:
+    """Return the picture of the model with its overall dimensions."""
+    caption = "The structure with its overall dimensions; supports are darker"
+    return {
+        "caption": caption,
+        "address": address(Drawing("geometry", caption, lambda ax: dimensions(model, ax=ax), _GEOMETRY)),
+    }
 
 
 def _moves(result: bs.CaseResult) -> str:

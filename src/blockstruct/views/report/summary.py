@@ -7,6 +7,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.text import NoteCode, report
+from blockstruct.views.report.notes import Notes
 from blockstruct.views.report.pictures import mechanism_picture
 from blockstruct.views.report.pushovers import beginning_words, curve_sentences
 
@@ -21,7 +22,7 @@ _WORST_FIRST = (
 _FEW = 2
 
 
-def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
+def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted: Notes) -> dict[str, Any]:
     """Return the governing case, with its number in words and its picture.
 
     A pushed case without a load factor governs, whatever the other checks. Otherwise the check with the least share of
@@ -32,12 +33,21 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
     name, check = _governing(loaded, checks)
     if name is None:
-        nothing = {"name": "", "sentence": report.NO_CASE, "between": "", "curves": [], "figures": [], "notes": []}
+        nothing = {
+            "name": "",
+            "sentence": report.NO_CASE,
+            "between": "",
+            "curves": [],
+            "figures": [],
+            "notes": [],
+            "missed": [],
+        }
         return nothing | {"picture": None, "holds": None}
     head = heads[name]
     result = analysis[name]
     begins = beginning_words(result)
-    notes = [note.text for note in check.notes] if check else []
+    of_check = [note.text for note in check.notes] if check else []
+    texts = [*result.warnings, *result.owed, *of_check]
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
@@ -67,9 +77,10 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], has_doubt_note=has_doubt_note),
         "figures": figures,
-        "picture": mechanism_picture(result, small=True),
+        "picture": mechanism_picture(result),
         "holds": _holds(result, check),
-        "notes": _missed([item for item in checks if item[1] is not check]) + notes,
+        "missed": _missed([item for item in checks if item[1] is not check]),
+        "notes": list(dict(zip(noted.numbers(texts), texts, strict=True)).items()),
     }
 
 

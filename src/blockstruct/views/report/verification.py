@@ -1,11 +1,12 @@
 """Checks of local mechanisms in a report."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import blockstruct as bs
 from blockstruct.text import report
-from blockstruct.views.report.pictures import capacity_picture, mechanism_picture
+from blockstruct.views.report.notes import Notes
+from blockstruct.views.report.pictures import capacity_picture
 
 Check = bs.assess.LocalMechanismCheck
 
@@ -56,17 +57,32 @@ def undemanded(analysis: bs.Analysis) -> str:
     return report.NO_DEMAND_OF_REACTION if settles and len(analysis) else report.NO_DEMAND
 
 
-def verification(name: str, check: Check) -> dict[str, Any]:
-    """Return verdict, notes, pictures and every formula of a check."""
+def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
+    """Return verdict, notes, picture and every formula of a check."""
     return {
         "name": name,
         "verdict": check.verdict,
-        "satisfied": check.satisfied,
-        "rounded": bs.assess.lines.ROUNDED,
-        "notes": [note.text for note in check.notes],
-        "pictures": [mechanism_picture(check.result, small=False), capacity_picture(check)],
+        # The status of an unsettled case says more.
+        "missed": not (check.satisfied or check.result.drifts),
+        "ratio": check.limit_state.ratio_text(),
+        "state": check.relied_on,
+        "e_star": f"{check.e_star:.3g}",
+        "a0_star": f"{check.a0_star:.4g} m/s²",
+        "notes": notes.numbers(note.text for note in check.notes),
+        "picture": capacity_picture(check),
         "sections": [
             {"title": part.title, "lines": [(line.what, line.formula, line.source) for line in part.lines]}
             for part in check.sections
         ],
     }
+
+
+def shared_sections(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Take the sections that all checks have alike out of them, and return them once: spectrum, coefficients."""
+    if not found:
+        return []
+    first, *others = (check["sections"] for check in found)
+    shared = [part for part in first if all(part in sections for sections in others)] if others else []
+    for check in found:
+        check["sections"] = [part for part in check["sections"] if part not in shared]
+    return shared

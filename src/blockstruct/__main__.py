@@ -1,0 +1,5 @@
+"""Run the command by ``python -m blockstruct``."""
+
+from blockstruct.cli import main
+
+main()
