@@ -10,6 +10,7 @@ from scipy.integrate import quad
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.motion import respond
+from blockstruct.motion.masses import Masses
 from blockstruct.motion.record import _Run
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, box, model_of, single_block
@@ -162,3 +163,16 @@ def test_a_structure_that_does_not_stand_has_no_response():
     found = response(model_of(leaning, bs.JointMaterial("joint", 0.6)), [0.1, 0.1], "1 s")
     assert found.status is bs.Status.UNSTABLE
     assert found.response is None
+
+
+def test_masses_and_inertia_of_a_block_with_a_weight():
+    blocks, joint = single_block(0.6, 0.9, 0.5)
+    point = Q_([0.3, 0.25, 1.45], "m")
+    dead = bs.LoadPattern("loaded", [bs.SelfWeight(), bs.Weight("block", point, Q_(5.4, "kN"), mass_share=0.5)])
+    found = Masses.of(model_of(blocks, joint), dead, "")
+    own, more = 5400 / G, 2700 / G
+    assert found.mass[1] == pytest.approx(own + more)
+    assert found.offset[1] == pytest.approx([0, 0, more / (own + more) * 1.0])
+    sides = np.array([0.6, 0.5, 0.9]) ** 2
+    about = own / 12 * (sides.sum() - sides) + own * more / (own + more) * np.array([1, 1, 0])
+    assert found.inertia[1] == pytest.approx(np.diag(about), abs=1e-9)
