@@ -21,6 +21,22 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 settings.load_profile("usual")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _describes_every_result():
+    """Describe every result that a test finds, whatever its structure and its end."""
+    run = bs.AnalysisManager.run
+
+    def described(self, *args, **keywords):
+        analysis = run(self, *args, **keywords)
+        # A result in a file is read at its first use, which tests observe.
+        assert self.store or all(result.describe() for result in analysis.values())
+        return analysis
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bs.AnalysisManager, "run", described)
+        yield
+
+
 @pytest.fixture(scope="session")
 def tuff() -> bs.Material:
     return bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))

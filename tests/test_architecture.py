@@ -35,7 +35,7 @@ MAY_IMPORT = {
     "motion": {"limit", "statics", "model"} | GROUND,
     "text": {"limit", "model"} | GROUND,
     "results": {"text", "limit", "statics", "model"} | GROUND,
-    "assess": {"results", "text", "model"} | GROUND,
+    "assess": {"views", "analysis", "results", "text", "solvers", "limit", "statics", "model"} | GROUND,
     "storage": {"results", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "motion", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,

@@ -151,3 +151,23 @@ def test_pushover(capsys):
     assert float(curve.displacement[fall]) == pytest.approx(0.0375, rel=2e-2)
     assert curve.holds.all()
     assert "certified: True" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_house(tmp_path):
+    """One number on every output, found in a minute: four directions, and the range of the one that governs."""
+    from blockstruct.views.report import report_html
+
+    found = load("house").main()
+    verdict, check = found.verdict, found.governing
+    assert verdict.direction == "+x"
+    assert verdict.ratio == check.ratio == found.table["ratio"].min()
+    assert verdict.satisfied
+    text = check.limit_state.ratio_text()
+    assert f"capacity / demand = {text}, satisfied" in str(found)
+    assert f"relied on: SLV, linear: capacity / demand = {text}, satisfied" in str(check)
+    page = report_html(found.analysis, checks=found.checks.values())
+    assert f"<b>{text}</b>" in page
+    assert f"capacity / demand {text} of" in page.replace("\u00a0", " ")
+    bs.save_analysis(found.analysis, tmp_path / "house.h5")
+    assert bs.open_analysis(tmp_path / "house.h5")[check.result.name].load_factor == check.alpha0

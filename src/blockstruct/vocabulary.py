@@ -259,3 +259,14 @@ class JointOrientation(StrEnum):
         if abs(vertical) > 0.5 * 3**0.5 - 1e-9:
             return cls.BED
         return cls.HEAD if abs(vertical) < 0.5 + 1e-9 else cls.INCLINED
+
+
+class Way(StrEnum):
+    """A way to find capacity over demand of a local mechanism."""
+
+    COLLAPSE = "collapse mechanism"
+    WITHOUT_SMALL = "without bodies that move far less"
+    OTHER_MOTION = "another motion"
+    LOWER_END = "lower end of the range"
+    WEIGHTS = "displacement of the weights"
+    ALONE = "a body that overturns alone"

@@ -100,9 +100,9 @@ def test_a_tower_whose_joints_open_together_has_all_its_mass(flow):
     model = tower((0, 0.6), (0, 0.3))
     check = bs.assess.local_mechanism(solve(model, push(0, -1, 0), flow), spectrum=SITE)
     assert (check.alpha0, check.e_star, check.ratio) == pytest.approx((0.3, 1.0, 0.3 / 1.35 / 0.06), rel=1e-5)
-    assert check.M_star == pytest.approx(18e3 / 9.80665)
-    assert "not_unique" in [note.code for note in check.notes]
-    assert not check.participation.unique
+    # The motion that the procedure ended at is one of many, each with another e*.
+    assert check.participation.e_star < 0.6
+    assert check.verdict.governing.way is not bs.assess.Way.COLLAPSE
 
 
 def test_drums_that_may_slide_each_take_part_with_all_of_their_mass():
@@ -110,15 +110,13 @@ def test_drums_that_may_slide_each_take_part_with_all_of_their_mass():
     model = tower((0, 1), (0, 1), (0, 1), mu=0.15)
     check = bs.assess.local_mechanism(solve(model, push(0, -1, 0), "associative"), spectrum=SITE)
     assert (check.alpha0, check.e_star) == pytest.approx((0.15, 1.0), rel=1e-5)
-    assert check.participation.unique == (len(check.participation.names) == 1)
 
 
 def test_a_joint_that_opens_by_a_hair_earlier_is_the_mechanism():
     """A millimetre more at the upper joint: the lower one alone opens, and the tower is one body."""
     result = solve(tower((0, 0.6), (0, 0.302)), push(0, -1, 0), "nonassociative")
     check = bs.assess.local_mechanism(result, spectrum=SITE)
-    assert check.participation.unique
-    assert check.e_star == pytest.approx(1.0)
+    assert check.participation.e_star == pytest.approx(1.0)
     assert check.notes == ()
 
 
@@ -139,6 +137,5 @@ def test_the_least_capacity_of_a_later_mechanism_is_printed():
         bs.Block.box("lintel", "[0, 0, 3] m", "[2.5, 1, 0.5] m", STONE),
     ]
     check = bs.assess.local_mechanism(solve(model_of(blocks, DRY), push(1, 0, 0)), spectrum=SITE)
-    assert check.participation.unique
     assert check.e_star < 0.95
     assert f"at least α0 g / FC = {check.alpha0 * 9.80665 / 1.35:.4g} m/s²" in str(check)

@@ -591,8 +591,6 @@ def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight
     assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
     with pytest.raises(bs.errors.ModelError, match=r"run a Pushover, or give method='linear' \(--method linear on"):
         bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
-    coarse = bs.assess.local_mechanism(found, 1.35, SITE, tolerance=0.5)
-    assert set(codes(coarse)) - set(codes(check)) == {"departure"}
 
 
 def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
@@ -737,8 +735,7 @@ def test_the_lower_end_of_a_range_counts(result, lowest, satisfied):
     ranged = result.changed(path_dependence=(lowest, 0.1))
     alone, check = (bs.assess.local_mechanism(r, 1.35, site) for r in (result, ranged))
     assert (codes(alone), codes(check)) == ([], ["range"])
-    assert check.ratio == alone.ratio
-    assert check.limit_state.noted.ratio == pytest.approx(10 * lowest * alone.ratio, rel=1e-6)
+    assert check.verdict.range == pytest.approx((10 * lowest * alone.ratio, alone.ratio), rel=1e-6)
     assert (alone.satisfied, check.satisfied) == (True, satisfied)
 
 
@@ -777,7 +774,7 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
     assert met.ratio < 1
     assert met.satisfied
     borne = f"{met.ag:.4g} m/s² = {met.ag / g:.4g} g"
-    assert met.verdict == (
+    assert str(met.verdict) == (
         f"SLV, by displacement: capacity / demand = {met.ratio:.4g}, below 1, but satisfied: a_g,SLV counts as no less "
         f"than a_g,SLD (C8.7.1.2.1.8); borne is a_g = a_g,SLD = {borne} (site {site.ag / g:.4g} g)."
     )
@@ -792,7 +789,7 @@ def test_a_verdict_of_sld_is_not_that_of_equality(result):
     assert check.ratio < 1
     borne = f"{check.ag:.4g} m/s² = {check.ag / g:.4g} g"
     assert borne not in equal
-    assert check.verdict.endswith(f"not satisfied; borne is a_g = a_g,SLD = {borne} (site 0.3 g).")
+    assert str(check.verdict).endswith(f"not satisfied; borne is a_g = a_g,SLD = {borne} (site 0.3 g).")
 
 
 def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):
@@ -928,11 +925,13 @@ def test_a_control_point_near_the_hinge_has_a_note(result):
         assert ("control_point" in codes(check)) == has_note
     state = check.limit_states["SLV, by displacement"]
     straight = bs.assess.local_mechanism(result, 1.35, SITE).limit_states[state.name]
-    assert (state.noted.capacity, state.noted.ratio) == pytest.approx((0.12, straight.ratio), rel=6e-3)
+    relied = bs.assess.local_mechanism(check.result, 1.35, SITE, method="displacement").limit_state
+    assert (relied.capacity, relied.ratio) == pytest.approx((0.12, straight.ratio), rel=6e-3)
     assert state.ratio > 1.15 * straight.ratio
-    between = bs.assess.local_mechanism(check.result, 1.35, SITE.at((state.ag + state.noted.ag) / 2))
+    site = SITE.at((state.ag + relied.ag) / 2)
+    between = bs.assess.local_mechanism(check.result, 1.35, site, method="displacement")
     assert between.limit_states[state.name].ratio > 1
-    assert not between.limit_states[state.name].satisfied
+    assert not between.satisfied
 
 
 def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
@@ -945,12 +944,12 @@ def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
     pushed = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("wall", (0, -1, 0)), steps=12)
     check = bs.assess.local_mechanism(bs.run(model, pushed)["out"], 1.35, SITE, method="displacement")
     assert check.curve.d0 > 0.3
-    assert check.ratio > 1.2 * alone.ratio
+    assert check.limit_states[alone.name].ratio > 1.2 * alone.ratio
     assert "overturns_alone" in codes(check)
-    assert check.limit_state.noted.ratio == pytest.approx(alone.ratio, rel=1e-6)
-    between = SITE.at((alone.ag + check.ag) / 2)
+    assert check.ratio == pytest.approx(alone.ratio, rel=1e-6)
+    between = SITE.at((alone.ag + check.limit_states[alone.name].ag) / 2)
     check = bs.assess.local_mechanism(check.result, 1.35, between, method="displacement")
-    assert check.ratio > 1
+    assert check.limit_states[alone.name].ratio > 1
     assert not check.satisfied
     short = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=5)
     assert bs.assess.local_mechanism(bs.run(facade(), short)["out"], 1.35, SITE).notes == ()
@@ -1101,10 +1100,10 @@ def test_a_ratio_next_to_one_does_not_read_as_one(result, share, text, outcome):
     """The demand a_Z / q is made to miss the capacity, 0.1 g / 1.35, by a share that four digits do not show."""
     q = share * SITE.peak / (0.1 * g / 1.35)
     check = bs.assess.local_mechanism(result, 1.35, SITE, coefficients=bs.assess.Coefficients(q=q))
-    assert f"capacity / demand = {text}, {outcome}; equal at a_g = 1.471 m/s² = 0.1" in check.verdict
-    borne = float(check.verdict.partition("m/s² = ")[2].partition(" g")[0])
+    assert f"capacity / demand = {text}, {outcome}; equal at a_g = 1.471 m/s² = 0.1" in str(check.verdict)
+    borne = float(str(check.verdict).partition("m/s² = ")[2].partition(" g")[0])
     assert (borne < 0.15) == (share < 1)
-    assert "(site 0.15 g)" in check.verdict
+    assert "(site 0.15 g)" in str(check.verdict)
     (line,) = [line for line in check.limit_state.lines if line.what == "capacity / demand"]
     capacity, demand = (float(part.split()[0]) for part in line.formula.partition(" = ")[0].split(" / "))
     assert (capacity < demand) == (share < 1)
@@ -1617,4 +1616,4 @@ def test_the_loading_path_does_not_count_on_friction_that_self_stress_presses():
     assert spread.path_dependence == pytest.approx((both, both), rel=5e-3)
     check = bs.assess.local_mechanism(spread, 1.35, SITE)
     assert check.alpha0 == spread.load_factor
-    assert check.limit_state.least_ratio <= check.ratio
+    assert check.ratio <= check.limit_states[check.relied_on].ratio

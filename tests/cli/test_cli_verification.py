@@ -169,3 +169,18 @@ def test_the_report_checks_one_case(call, tmp_path, case):
     text = target.read_text(encoding="utf-8")
     assert f"Relied on: capacity / demand 0.823 of “{case}” (SLV, linear)" in text
     assert "the least of 2 checks" not in text
+
+
+def test_a_model_document_gives_one_verdict_and_a_report(call, tmp_path):
+    """The block of the file, in two directions: the verdict of the weaker one, the same in print and on the page."""
+    blocks, joint = single_block(0.4, 4.0)
+    model = tmp_path / "block.yaml"
+    bs.write_document(model, model_of(blocks, joint), [bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0))])
+    words = ("--spectrum", SITE, "--knowledge-level", "LC1", "--direction", "+x", "--direction", "+y")
+    code, out, err = call("assess", model, *words, "-o", tmp_path / "r.html")
+    assert code == 0, err
+    assert "push +x: SLV, linear: capacity / demand = 0.823, not satisfied" in out
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Relied on: capacity / demand 0.823 of “push +x” (SLV, linear)" in page
+    code, _, err = call("assess", model, *words, "--case", "rocks")
+    assert (code, "give --direction for a model document" in err) == (2, True)

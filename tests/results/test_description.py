@@ -42,6 +42,13 @@ def test_a_wall_out_of_plane_is_one_body_about_its_edge():
     assert "leans towards −y, turning about the axis along x through y = 0 m, z = 0 m." in result.describe()
 
 
+def test_many_equal_joints_are_described():
+    """Of 60 equal walls no joint does 2 % of the work of all."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[122, 3, 0.5] m", TUFF, fixed=True)
+    walls = [bs.Block.box(f"wall {k}", f"[{2 * k}, 0, 0] m", "[1, 0.5, 2] m", TUFF) for k in range(60)]
+    assert "Hinges: 60" in solve(model_of([ground, *walls], LIME), push(0, -1, 0)).describe()
+
+
 @pytest.mark.parametrize(("procedure", "on_path"), [("fictitious", False), ("loading path", True)])
 def test_the_description_names_the_kind_of_its_iterations(procedure, on_path):
     result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0), "nonassociative", procedure=procedure)

@@ -46,11 +46,11 @@ NOTES = [
     a.curve_doubt("the load factor jumps"),
     a.curve_end(0.1, 0.05),
     a.anchorages(["bar 0", "bar 1"]),
-    a.departure(0.123),
     a.out_of_plane(),
     a.masses_differ(414e3, 324e3),
-    a.not_unique(),
     a.small_motions(35.3e3, 195.3e3, 0.0306, e_star=1.0, a0_star=0.7264, state="SLV, linear", ratio=0.95),
+    a.other_motion(0.1, 0.104, 0.98, 2, "SLV, linear", 0.95),
+    a.other_motion(0.1, 0.1, 0.98, 1, "SLV, linear", 0.95),
     a.separate_mechanisms(2, [("body 2 (wall 1)", 0.8), ("body 1 (wall 0)", 1.2)], []),
     a.separate_mechanisms(2, [("body 2 (wall 1)", 0.8)], ["body 1 (wall 0)"]),
     a.floor_below_ground(1.0, 1.765),
@@ -64,6 +64,7 @@ NOTES = [
     a.state_left_out("SLV", "The last period is 2 s"),
     a.state_missed("SLD", 0.99996, "not satisfied"),
     a.changed_coefficients([("behaviour factor q", 1.5, 2.0, "C8.7.1.2.1.7")]),
+    a.direction_without("push +x", Status.UNSTABLE),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),
     a.edge_is_long(5.0, 2.5),
@@ -95,11 +96,10 @@ def test_a_settled_bounded_number_has_no_caveat():
         (0.9, {"satisfied": True}, "below 1, but satisfied: a_g,SLV counts as no less than a_g,SLD (C8.7.1.2.1.8)"),
         (0.9, {}, "not satisfied"),
         (1.2, {}, "not satisfied: a weaker ground motion already demands as much"),
-        (1.2, {"bears_site": True, "noted": 0.95}, "not satisfied: a note relies on 0.95"),
     ],
 )
 def test_outcomes_of_limit_states(ratio, facts, words):
-    facts = {"satisfied": False, "bears_site": False, "noted": None} | facts
+    facts = {"satisfied": False} | facts
     assert a.state_outcome("SLV, linear", ratio, **facts) == words
 
 
@@ -107,6 +107,14 @@ def test_outcomes_of_limit_states(ratio, facts, words):
 def test_verdicts(of_sld, at):
     assert a.verdict("SLD", 0.823, "not satisfied", 1.211, ("0.1235 g", "0.15 g"), of_sld=of_sld) == (
         f"SLD: capacity / demand = 0.823, not satisfied; {at} = 1.211 m/s² = 0.1235 g (site 0.15 g)."
+    )
+
+
+def test_unit_sizes():
+    sizes, values = [1.2, 0.6, 0.4], [0.327, 0.294, 0.277]
+    assert a.unit_sizes("load factor", sizes, values, 0.2545, 0.003) == (
+        "With units of 1.2 m the load factor is 0.327. 0.6 m gives -10%; 0.4 m gives -15%. A fine bond would give "
+        "about 0.2545 ± 0.003."
     )
 
 

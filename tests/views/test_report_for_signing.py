@@ -229,7 +229,7 @@ def test_a_long_word_does_not_push_numbers_off_the_page(tmp_path):
     page.extract_text(visitor_text=lambda text, cm, tm, *_: places.append((text.strip(), tm[4] * cm[0] + cm[4])))
     right = float(page.mediabox.width) - 20 / 25.4 * 72
     numbers = [x for text, x in places if text == "0.1"]
-    assert len(numbers) >= 3
+    assert len(numbers) >= 2
     assert max(x for text, x in places if text) < right
 
 

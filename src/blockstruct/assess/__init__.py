@@ -14,22 +14,36 @@
 (1.0, 0.7264, 0.823)
 """
 
+from blockstruct.assess.building import DIRECTIONS, Building, building
 from blockstruct.assess.capacity import CapacityCurve
-from blockstruct.assess.check import LimitState, LocalMechanismCheck
+from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import KNOWLEDGE_LEVELS, Coefficients
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, floor_spectrum
+from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.lines import Line, Section
 from blockstruct.assess.local_mechanism import local_mechanism
 from blockstruct.assess.overturning import Overturning, overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum, ntc_spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum, table_spectrum
+from blockstruct.assess.unit_sizes import UnitSizes, unit_sizes
+from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.vocabulary import Way
 
 __all__ = [
+    # buildings
+    "DIRECTIONS",
+    "Building",
+    "building",
+    "UnitSizes",
+    "unit_sizes",
     # checks
     "LocalMechanismCheck",
     "LimitState",
+    "Verdict",
+    "Way",
+    "WayOfChecking",
     "local_mechanism",
     "Coefficients",
     "KNOWLEDGE_LEVELS",

@@ -2,98 +2,27 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
+from blockstruct.assess.limit_states import METHODS, LimitState
 from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
+from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.results import CaseResult, MacroBlock
-from blockstruct.text import Note, assessment, in_g, ratio_text, shown, told_apart
+from blockstruct.results import CaseResult, MacroBlock, with_motion
+from blockstruct.text import Note, direction_text, in_g, shown
+from blockstruct.vocabulary import Way
 
 g = STANDARD_GRAVITY
 #: Difference of e* from one that counts as rounding.
 _ONE = 1e-4
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
-
-
-@dataclass(frozen=True, slots=True)
-class LimitState:
-    """Capacity and demand at a limit state.
-
-    Attributes
-    ----------
-    name : str
-        ``"SLD"``, ``"SLV, linear"``, ``"SLV, by displacement"``, ``"SLC, by displacement"``.
-    capacity, demand : float
-        In ``unit``; the demand is NaN without a spectrum of this limit state.
-    unit : str
-        ``"m/s²"`` or ``"m"``.
-    ag : float
-        Ground acceleration that the structure bears, m/s²: the one at which capacity equals demand, or the one of SLD.
-    ag_site : float
-        Ground acceleration of the site, m/s²; of SLV without a spectrum of this limit state.
-    lines : tuple of Line
-    of_sld : bool
-        Whether ``ag`` is the one of SLD, which is its lower bound (C8.7.1.2.1.8).
-    noted : LimitState or None
-        The same limit state by the values that a note relies on instead.
-    """
-
-    name: str
-    capacity: float
-    demand: float
-    unit: str
-    ag: float
-    ag_site: float
-    lines: tuple[Line, ...]
-    of_sld: bool = False
-    noted: Self | None = None
-
-    @property
-    def ratio(self) -> float:
-        """Capacity over demand."""
-        return self.capacity / self.demand
-
-    @property
-    def least_ratio(self) -> float:
-        """Capacity over demand, or the ratio that a note relies on instead, if that is less."""
-        return self.ratio if self.noted is None else min(self.ratio, self.noted.ratio)
-
-    @property
-    def satisfied(self) -> bool:
-        """Whether the structure bears the ground acceleration of the site; False without a demand.
-
-        It is False, too, if the values that a note relies on do not satisfy the limit state.
-        """
-        by_note = self.noted is None or self.noted.satisfied
-        return bool(self.ag >= self.ag_site and np.isfinite(self.demand) and by_note)
-
-    def ratio_text(self, digits: int = 4) -> str:
-        """Return capacity over demand with enough digits to distinguish it from one."""
-        return ratio_text(self.ratio, digits)
-
-    def ag_texts(self, digits: int = 4) -> tuple[str, str]:
-        """Return both ground accelerations, borne and of the site, with enough digits to distinguish them."""
-        borne, site = told_apart(self.ag / g, self.ag_site / g, digits)
-        return assessment.acceleration_in_g(self.ag, borne), f"{site} g"
-
-    @property
-    def outcome(self) -> str:
-        """Whether the limit state is satisfied, and why if its ratio does not show it."""
-        return assessment.state_outcome(
-            self.name,
-            self.ratio,
-            satisfied=self.satisfied,
-            bears_site=self.ag >= self.ag_site,
-            noted=None if self.noted is None else self.noted.ratio,
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +43,7 @@ class LocalMechanismCheck:
     confidence_factor : float
     confidence_reason : str
     a0_star : float
-        Spectral acceleration that activates the mechanism, m/s².
+        Spectral acceleration that activates the collapse mechanism, m/s².
     curve : CapacityCurve or None
     missing_curve : str
         Why there is no curve.
@@ -123,6 +52,9 @@ class LocalMechanismCheck:
     method, relied_on : str
         The method and its limit state.
     limit_states : mapping of str to LimitState
+        Of the collapse mechanism.
+    others : tuple of WayOfChecking
+        Other ways that have a ratio at the limit state relied on.
     beside : Overturning or None
     coefficients : Coefficients
     notes : tuple of Note
@@ -143,53 +75,74 @@ class LocalMechanismCheck:
     spectrum: Spectrum = field(repr=False)
     method: str
     limit_states: Mapping[str, LimitState] = field(repr=False)
+    others: tuple[WayOfChecking, ...] = field(repr=False)
     relied_on: str
     beside: Overturning | None = field(repr=False)
     coefficients: Coefficients = field(repr=False)
     notes: tuple[Note, ...]
 
     @property
+    def verdict(self) -> Verdict:
+        """What the check comes to, over all ways that have a ratio."""
+        state = self.limit_states[self.relied_on]
+        collapse = WayOfChecking(Way.COLLAPSE, self.alpha0, self.participation.e_star, state)
+        return Verdict.of(
+            self.result.name,
+            direction_text(self.direction),
+            (collapse, *self.others),
+            self.notes,
+            floor=state.ratio * self.participation.e_star if self.relied_on == METHODS["linear"] else np.nan,
+            settled=self.result.settled,
+        )
+
+    @property
+    def governing(self) -> CaseResult:
+        """The case with the motion that governs, to draw and to describe."""
+        motion = self.verdict.governing.motion
+        if motion is None:
+            return self.result
+        return self.result.changed(history=with_motion(self.result.model, self.result.history, motion))
+
+    @property
     def e_star(self) -> float:
-        """Share of the mass that takes part, by macro-blocks."""
-        return self.participation.e_star
+        """Share of the mass that takes part in the motion that governs."""
+        return self.verdict.governing.e_star
+
+    @property
+    def acceleration(self) -> float:
+        """Spectral acceleration that activates the motion that governs, m/s²."""
+        way = self.verdict.governing
+        return way.alpha * g / (way.e_star * self.confidence_factor)
 
     @property
     def M_star(self) -> float:
-        """Mass that takes part, kg."""
+        """Mass that takes part in the collapse mechanism, kg."""
         return self.participation.M_star
 
     @property
     def limit_state(self) -> LimitState:
-        """The limit state that the check relies on."""
-        return self.limit_states[self.relied_on]
+        """The limit state that the check relies on, for the motion that governs."""
+        return self.verdict.state
 
     @property
     def ratio(self) -> float:
-        """Capacity over demand at that limit state."""
-        return self.limit_state.ratio
+        """Capacity over demand to rely on."""
+        return self.verdict.ratio
 
     @property
     def ag(self) -> float:
-        """Ground acceleration that the structure bears at that limit state, m/s²."""
-        return self.limit_state.ag
+        """Ground acceleration that the structure bears, m/s²."""
+        return self.verdict.ag
 
     @property
     def satisfied(self) -> bool:
-        """Whether that limit state is satisfied, with a load factor that has settled."""
-        return self.result.settled and self.limit_state.satisfied
+        """Whether every way satisfies that limit state, and nothing is left to settle."""
+        return self.verdict.satisfied
 
     @property
     def outcome(self) -> str:
-        """Whether that limit state is satisfied, and why if its ratio does not show it."""
-        return self.limit_state.outcome if self.result.settled else assessment.UNSETTLED
-
-    @property
-    def verdict(self) -> str:
-        """Sentence on that limit state."""
-        state = self.limit_state
-        return assessment.verdict(
-            self.relied_on, self.ratio, self.outcome, self.ag, state.ag_texts(), of_sld=state.of_sld
-        )
+        """Whether the check is satisfied, and why if its ratio does not show it."""
+        return self.verdict.outcome
 
     @property
     def sections(self) -> tuple[Section, ...]:
@@ -240,6 +193,9 @@ class LocalMechanismCheck:
             section("Demand at SLV", self.spectrum.lines(), Line("demand of other mechanisms", HIGHER, "C8.7.1.2.1.8")),
         ]
         found += [section(state.name, list(state.lines)) for state in self.limit_states.values()]
+        governing = self.verdict.governing
+        if governing.way is not Way.COLLAPSE:
+            found.append(section(f"{governing.state.name}, {governing.way}", self._governing(governing)))
         if self.beside is not None:
             ratio = self.beside.alpha0 / self.alpha0
             found.append(
@@ -263,6 +219,14 @@ class LocalMechanismCheck:
         why = "together they are one" if len(whole.names) == 1 else "blocks of a body move together"
         numbers = f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}"
         return [Line("by single blocks, not used", f"{numbers}: {why}", "C8.7.1.2.1.3")]
+
+    def _governing(self, way: WayOfChecking) -> list[Line]:
+        """Return the lines on the way that governs, if it is not the collapse mechanism."""
+        formula = (
+            f"a0* = α g / (e* FC) = {shown(way.alpha)} · {g:g} m/s² / ({shown(way.e_star)} · "
+            f"{shown(self.confidence_factor)}) = {in_g(self.acceleration, g)}"
+        )
+        return [Line("acceleration that activates it", formula, "C8.7.1.2.1.1, C8.7.1.2.1.5"), *way.state.lines]
 
     @property
     def _floor(self) -> str:

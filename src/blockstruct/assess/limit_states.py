@@ -1,25 +1,80 @@
 """Limit states of a mechanism: capacity and demand, C8.7.1.2.1.5 to C8.7.1.2.1.8."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from blockstruct.assess.capacity import CapacityCurve
-from blockstruct.assess.check import LimitState
 from blockstruct.assess.coefficients import Coefficients
 from blockstruct.assess.lines import Line
 from blockstruct.assess.rotation import first_reached
 from blockstruct.assess.spectrum import LARGEST, SMALLEST, Spectrum
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.text import in_g, shown, told_apart
+from blockstruct.text import assessment, in_g, ratio_text, shown, told_apart
 
 g = STANDARD_GRAVITY
 #: Limit state that each method relies on.
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that bracket the one at which capacity equals demand.
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
+
+
+@dataclass(frozen=True, slots=True)
+class LimitState:
+    """Capacity and demand at a limit state.
+
+    Attributes
+    ----------
+    name : str
+        ``"SLD"``, ``"SLV, linear"``, ``"SLV, by displacement"``, ``"SLC, by displacement"``.
+    capacity, demand : float
+        In ``unit``; the demand is NaN without a spectrum of this limit state.
+    unit : str
+        ``"m/s²"`` or ``"m"``.
+    ag : float
+        Ground acceleration that the structure bears, m/s²: the one at which capacity equals demand, or the one of SLD.
+    ag_site : float
+        Ground acceleration of the site, m/s²; of SLV without a spectrum of this limit state.
+    lines : tuple of Line
+    of_sld : bool
+        Whether ``ag`` is the one of SLD, which is its lower bound (C8.7.1.2.1.8).
+    """
+
+    name: str
+    capacity: float
+    demand: float
+    unit: str
+    ag: float
+    ag_site: float
+    lines: tuple[Line, ...]
+    of_sld: bool = False
+
+    @property
+    def ratio(self) -> float:
+        """Capacity over demand."""
+        return self.capacity / self.demand
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the structure bears the ground acceleration of the site; False without a demand."""
+        return bool(self.ag >= self.ag_site and np.isfinite(self.demand))
+
+    def ratio_text(self, digits: int = 4) -> str:
+        """Return capacity over demand with enough digits to distinguish it from one."""
+        return ratio_text(self.ratio, digits)
+
+    def ag_texts(self, digits: int = 4) -> tuple[str, str]:
+        """Return both ground accelerations, borne and of the site, with enough digits to distinguish them."""
+        borne, site = told_apart(self.ag / g, self.ag_site / g, digits)
+        return assessment.acceleration_in_g(self.ag, borne), f"{site} g"
+
+    @property
+    def outcome(self) -> str:
+        """Whether the limit state is satisfied, and why if its ratio does not show it."""
+        return assessment.state_outcome(self.name, self.ratio, satisfied=self.satisfied)
 
 
 def damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitState:

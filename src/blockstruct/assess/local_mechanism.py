@@ -6,26 +6,29 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from blockstruct.assess.activation import least_activation
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
-from blockstruct.assess.check import LimitState, LocalMechanismCheck
+from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
-from blockstruct.assess.limit_states import METHODS, by_displacement, damage, linear
+from blockstruct.assess.limit_states import METHODS, LimitState, by_displacement, damage, linear
 from blockstruct.assess.notes import (
+    note_of_small,
     notes_of,
     notes_of_control,
     notes_of_demand,
     notes_of_height,
     notes_of_parts,
-    notes_of_small,
+    without_small,
 )
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies, taking_part
 from blockstruct.assess.rotation import RigidRotation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.keywords import did_you_mean
@@ -33,7 +36,7 @@ from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.text import Note, assessment
-from blockstruct.vocabulary import Status, listed
+from blockstruct.vocabulary import Status, Way, listed
 
 g = STANDARD_GRAVITY
 #: Relative difference of α0 from which a mechanism by hand begins below the one found.
@@ -68,8 +71,8 @@ def local_mechanism(  # noqa: PLR0913
     Parameters
     ----------
     result
-        A converged case whose variable load is a horizontal BodyForce. A spread gives its run as given, and a note on
-        the lower end of its range. A pushover also gives its capacity curve.
+        A converged case whose variable load is a horizontal BodyForce. A spread gives the run with the lowest load
+        factor of its loading paths. A pushover also gives its capacity curve.
     confidence_factor, knowledge_level
         FC, or the level ``"LC1"`` to ``"LC3"`` that sets it. If joints of the moving bodies have no compressive
         strength, FC is at least the one of LC1.
@@ -135,7 +138,7 @@ def local_mechanism(  # noqa: PLR0913
     known = parts if found.capacity is None or method == "linear" else [p for p in parts if request.follows(p)] or parts
     resting = [body for body in bodies if not body.moves]
     checks = [request.check([*part, *resting]) for part in known]
-    ratios = [one.limit_state.least_ratio for one in checks]
+    ratios = [one.ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
     notes = [*notes_of_parts(parts, known, ratios), *check.notes]
     return replace(check, notes=tuple(notes))
@@ -170,7 +173,7 @@ class _Request:
         try:
             if pushed is None:
                 return curve_of_rotation(found, self.case, bodies, self.forces, a0_star), ""
-            if not whole.unique:
+            if not is_unique(found, bodies):
                 return None, "no capacity curve: the mechanism is not unique, so its control point does not measure it"
             if self.follows(bodies):
                 return curve_of_pushover(found, pushed, self.forces.direction, whole, a0_star), ""
@@ -184,7 +187,6 @@ class _Request:
         found, forces, c = self.found, self.forces, self.coefficients
         spectrum, sld_site, slc_site = self.spectrum, self.spectrum_sld, self.spectrum_slc
         whole, blocks = of_bodies(found.model, forces, found.mechanism, bodies)
-        whole = replace(whole, unique=is_unique(found, bodies))
         FC, reason = confidence(
             self.confidence_factor,
             self.knowledge_level,
@@ -204,12 +206,17 @@ class _Request:
         def by_q(a0: float) -> LimitState:
             return linear(a0, spectrum, damage(a0, of_sld, with_demand=False).ag, c)
 
-        of_small, without = notes_of_small(whole, a0_star, by_q)
-        of_range, low = self._notes_of_range(a0_star, by_q)
-        noted = min((one for one in (without, low) if one), key=lambda one: one.ag, default=None)
-        states = [sld, replace(by_q(a0_star), noted=noted)]
-        notes = [*of_range, *notes_of(found, forces, bodies, whole), *of_small]
+        states = [sld, by_q(a0_star)]
+        notes: list[Note] = []
         part = taking_part(bodies, whole)
+
+        def slv(other: CapacityCurve) -> LimitState | None:
+            """Return SLV by another curve; None if the spectrum does not cover it."""
+            try:
+                return by_displacement(other, sld.ag, "SLV", c, spectrum, with_demand=True)
+            except ModelError:
+                return None
+
         if curve is not None:
             slc = spectrum if slc_site is None else slc_site
             for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, slc_site is not None)):
@@ -219,7 +226,8 @@ class _Request:
                     if self.method == "displacement" and state == "SLV":
                         raise
                     notes.append(assessment.state_left_out(state, str(error)))
-        notes += c.notes()
+        others, of_ways = self._other_ways(bodies, whole, a0_star, curve, by_q, slv)
+        notes = [*of_ways, *notes_of(found, forces, bodies, whole), *notes, *c.notes()]
         notes += notes_of_demand(found.model, part, spectrum)
         notes += [
             assessment.state_missed(state.name, state.ratio, state.outcome)
@@ -227,19 +235,12 @@ class _Request:
             if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
         ]
         if curve is not None and pushed is not None:
-
-            def slv(other: CapacityCurve) -> LimitState | None:
-                """Return SLV by another curve; None if the spectrum does not cover it."""
-                try:
-                    return by_displacement(other, sld.ag, "SLV", c, spectrum, with_demand=True)
-                except ModelError:
-                    return None
-
             of_control, less = notes_of_control(found.model, pushed, curve, forces, part, whole, slv)
             of_one, alone = self._notes_of_one_body(bodies, a0_star, curve, slv)
             notes += [*of_control, *of_one]
-            noted = min((one for one in (less, alone) if one), key=lambda one: one.ag, default=None)
-            states = [replace(one, noted=noted) if one.name == METHODS["displacement"] else one for one in states]
+            if self.method == "displacement":
+                pairs = ((Way.WEIGHTS, less), (Way.ALONE, alone))
+                others += [WayOfChecking(way, alpha0, whole.e_star, one) for way, one in pairs if one]
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
@@ -259,21 +260,51 @@ class _Request:
             spectrum=spectrum,
             method=self.method,
             limit_states={state.name: state for state in states},
+            others=tuple(others),
             relied_on=METHODS[self.method],
             beside=beside,
             coefficients=c,
             notes=tuple(notes),
         )
 
-    def _notes_of_range(
-        self, a0_star: float, by_q: Callable[[float], LimitState]
-    ) -> tuple[list[Note], LimitState | None]:
-        """Return the note on the lower end of the range of the load factor, and the limit state there."""
-        head = self.found.headline
-        if head.answer.text(head.lowest) == head.number:
-            return [], None
-        low = by_q(a0_star * head.lowest / head.load_factor)
-        return [assessment.range_of_load_factor(head.range, low.ratio)], low
+    def _other_ways(
+        self,
+        bodies: Sequence[MacroBlock],
+        whole: Participation,
+        a0_star: float,
+        curve: CapacityCurve | None,
+        by_q: Callable[[float], LimitState],
+        slv: Callable[[CapacityCurve], LimitState | None],
+    ) -> tuple[list[WayOfChecking], list[Note]]:
+        """Return the ways to check other motions and the lower end of the range, and their notes.
+
+        All of them have another a0* than the collapse mechanism, m/s², and the shape of its capacity curve.
+        """
+
+        def state(a0: float) -> LimitState | None:
+            if self.method == "linear" or curve is None:
+                return by_q(a0)
+            return slv(replace(curve, acceleration=a0 / a0_star * curve.acceleration))
+
+        found, alpha0 = self.found, self.found.load_factor * self.forces.share
+        ways: list[WayOfChecking] = []
+        notes: list[Note] = []
+        head, large = found.headline, without_small(whole)
+        a0, alpha, e_star, motion = a0_star * whole.e_star / large.e_star, alpha0, large.e_star, None
+        if large is not whole and (one := state(a0)):
+            ways.append(WayOfChecking(Way.WITHOUT_SMALL, alpha, e_star, one))
+            notes.append(note_of_small(whole, large, a0, one))
+        other = least_activation(found, self.forces, [body for body in bodies if body.moves], large)
+        least = a0_star * other.acceleration / (alpha0 / whole.e_star)
+        if least < a0 and (one := state(least)):
+            a0, alpha, e_star, motion = least, other.alpha, other.e_star, other.motion
+            ways.append(WayOfChecking(Way.OTHER_MOTION, alpha, e_star, one, motion))
+            notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies, one.name, one.ratio))
+        low = head.lowest / head.load_factor
+        if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
+            ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion))
+            notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
+        return ways, notes
 
     def _notes_of_one_body(
         self,
@@ -323,7 +354,7 @@ def _refuse_kind(name: str, value: object, remedy: str) -> NoReturn:
 def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
     """Return the collapse state to check, and its case."""
     if isinstance(result, Spread):
-        result = result.given
+        result = result.relied_on
     if not isinstance(result, CaseResult):
         msg = f"local_mechanism: {type(result).__name__} is not a limit case's result; give analysis['name']"
         raise ModelError(msg)

@@ -7,21 +7,18 @@ import xarray as xr
 
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
-from blockstruct.assess.check import LimitState
 from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_words, tie_state
-from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.text import Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
 
 #: Relative shortfall, and excess, of d0 by the control point against d0 by the weights, from which there is a note.
 _BELOW, _ABOVE = 0.03, 0.01
-#: Displacement of a body, relative to the largest, below which a note warns that e* counts its whole weight.
-_SMALL = 0.1
 #: Motion out of the plane of a mechanism, relative to the largest, from which there is a note.
 _OUT_OF_PLANE = 0.05
 #: Load factor at the end of a capacity curve, relative to the first, from which the curve ends too early.
@@ -43,9 +40,6 @@ def notes_of(
     if result.capacity is not None:
         notes += _of_curve(result, result.capacity)
     notes += _of_ties(result)
-    off = max((body.departure for body in bodies if body.moves), default=0.0)
-    if off > TOGETHER:
-        notes.append(assessment.departure(off))
     if _out_of_plane(bodies) > _OUT_OF_PLANE:
         notes.append(assessment.out_of_plane())
     moving = _moving(taking_part(bodies, whole))
@@ -54,30 +48,27 @@ def notes_of(
     down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
     if abs(down - whole.total) > 1e-6 * max(down, whole.total):
         notes.append(assessment.masses_differ(down, whole.total))
-    if not whole.unique:
-        notes.append(assessment.not_unique())
     return notes
 
 
-def notes_of_small(
-    whole: Participation, a0_star: float, linear: Callable[[float], LimitState]
-) -> tuple[list[Note], LimitState | None]:
-    """Return whether bodies that hardly move along the push raise a0*, m/s², and SLV without them."""
-    large, small = (whole.of_displacement(*ends) for ends in ((_SMALL, np.inf), (0.0, _SMALL)))
-    share = whole.e_star / large.e_star
-    if share >= 1 / (1 + _ABOVE):
-        return [], None
-    without = linear(share * a0_star)
-    note = assessment.small_motions(
+def without_small(whole: Participation) -> Participation:
+    """Return the participation without bodies that move far less than the others along the push, if they raise a0*."""
+    large, _ = whole.parted()
+    return whole if whole.e_star >= large.e_star / (1 + _ABOVE) else large
+
+
+def note_of_small(whole: Participation, large: Participation, a0_star: float, state: LimitState) -> Note:
+    """Return the note on bodies that move far less, with a0*, m/s², and a limit state without them."""
+    _, small = whole.parted()
+    return assessment.small_motions(
         small.total,
         whole.total,
         float(np.abs(small.displacement).max()),
         e_star=large.e_star,
-        a0_star=without.capacity,
-        state=without.name,
-        ratio=without.ratio,
+        a0_star=a0_star,
+        state=state.name,
+        ratio=state.ratio,
     )
-    return [note], without
 
 
 def notes_of_parts(

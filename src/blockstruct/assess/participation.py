@@ -114,8 +114,6 @@ class Participation:
         Scaled to a largest one of 1.
     scale : float
         Divisor of the displacements.
-    unique : bool
-        Whether the bodies have one motion only. If not, e* is 1, the largest value of any motion.
     left_out : Participation or None
         Moving bodies whose centroids hardly move along the push; no sum counts them.
     """
@@ -124,7 +122,6 @@ class Participation:
     weight: Array
     displacement: Array
     scale: float
-    unique: bool = True
     left_out: Self | None = None
 
     @classmethod
@@ -154,10 +151,19 @@ class Participation:
         taking_part = replace(self._only(~rests), left_out=self._only(rests))
         return taking_part if taking_part.e_star >= self.e_star else self
 
-    def of_displacement(self, least: float, below: float) -> Self:
-        """Return the participation of bodies with |δ| in a range."""
-        size = np.abs(self.displacement)
-        return self._only((least <= size) & (size < below))
+    def parted(self) -> tuple[Self, Self]:
+        """Return the participation of the bodies with more than half of the mean δ of those, and of the others.
+
+        Leaving out the others never lowers e*: see :meth:`without_next_to_rest`.
+        """
+        kept = np.ones(len(self.weight), dtype=bool)
+        while True:
+            mean = self.weight[kept] @ self.displacement[kept] / self.weight[kept].sum()
+            fast = kept & (self.displacement > mean / 2)
+            # Without a mean along the push there is no body to prefer.
+            if not fast.any() or (fast == kept).all():
+                return self._only(kept), self._only(~kept)
+            kept = fast
 
     def _only(self, which: NDArray[np.bool_]) -> Self:
         names = tuple(name for name, one in zip(self.names, which, strict=True) if one)
@@ -181,16 +187,12 @@ class Participation:
     @property
     def e_star(self) -> float:
         """Share of the mass that takes part, ``[Σ (P + Q) δ]² / (Σ (P + Q) Σ (P + Q) δ²)``, [C8.7.1.5]."""
-        return self._of_motion if self.unique else 1.0
+        return float(self._first**2 / (self.total * self._second))
 
     @property
     def factor(self) -> float:
         """``Σ (P + Q) δ² / Σ (P + Q) δ``: displacement of the oscillator at δ = 1, [C8.7.1.4]."""
         return float(self._second / self._first)
-
-    @property
-    def _of_motion(self) -> float:
-        return float(self._first**2 / (self.total * self._second))
 
     @property
     def _first(self) -> float:
@@ -203,11 +205,8 @@ class Participation:
     def lines(self, of: str) -> list[Line]:
         """Return the lines on M* and e* with their numbers."""
         W, first, second = (shown(force / 1e3, "kN") for force in (self.total, self._first, self._second))
-        e = f"e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second}) = {shown(self._of_motion)}"
+        e = f"e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second}) = {shown(self.e_star)}"
         M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
-        if not self.unique:
-            e += ", for one of several motions; the check uses 1, the largest possible value"
-            M = f"Σ(P+Q) / g = {W} / g"
         return [
             Line(f"share of the mass, {of}", e, "C8.7.1.2.1.3 (C8.7.1.5)"),
             Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import NO_LOAD_FACTOR, FileArgument, app, say
+from blockstruct.cli.app import NO_LOAD_FACTOR, app, say
 from blockstruct.keywords import did_you_mean
 
 #: Required and optional entries of a site, and an example.
@@ -54,15 +55,37 @@ CaseOption = Annotated[
 
 @app.command()
 def assess(
-    file: FileArgument,
+    file: Annotated[Path, typer.Argument(help="An analysis file, or a model document to run.", show_default=False)],
     spectrum: SpectrumOption,
     case: CaseOption = None,
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
     method: MethodOption = None,
     mode: ModeOption = None,
+    direction: Annotated[
+        list[str] | None,
+        typer.Option(help="Direction of a push on a model document.", show_default="+x, -x, +y and -y"),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Report of a model document, .html or .pdf.", show_default=False),
+    ] = None,
 ) -> None:
-    """Check local mechanisms after the Circolare 7/2019, C8.7.1.2.1, and print every formula."""
+    """Check local mechanisms after the Circolare 7/2019, C8.7.1.2.1.
+
+    An analysis file gives every formula of its checks. A model document is run in four directions with the dead load of
+    its first case, and gives one verdict, a table and a report.
+    """
+    if file.suffix.lower() in (".yaml", ".yml", ".json"):
+        if case is not None:
+            msg = f"{file}: --case chooses a case of an analysis file; give --direction for a model document"
+            raise bs.errors.ModelError(msg)
+        demand = demand_of(spectrum or "", mode or ())
+        _building(file, demand, direction, output, confidence_factor, knowledge_level, method)
+        return
+    if direction or output:
+        msg = f"{file}: --direction and --output belong to a model document; report writes the report of an analysis"
+        raise bs.errors.ModelError(msg)
     analysis = bs.open_analysis(file)
     for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
         say(f"{check}\n")
@@ -72,6 +95,32 @@ def assess(
     if case is None and missing:
         say(f"not checked without a load factor: {', '.join(missing)}; the checks above do not cover these cases")
         raise typer.Exit(NO_LOAD_FACTOR)
+
+
+def _building(
+    file: Path,
+    demand: bs.assess.NtcSpectrum | bs.assess.FloorSpectrum,
+    directions: Sequence[str] | None,
+    output: Path | None,
+    factor: float | None,
+    level: str | None,
+    method: str | None,
+) -> None:
+    """Run and check a model document in several directions, and write its report."""
+    document = bs.read_document(file)
+    found = bs.assess.building(
+        document.model,
+        document.cases[0].dead,
+        demand,
+        directions=directions or bs.assess.DIRECTIONS,
+        confidence_factor=factor,
+        knowledge_level=level,
+        method=method or _LINEAR,
+        settings=bs.ProcedureSettings.of(document.settings),
+    )
+    say(str(found))
+    if output is not None:
+        say(f"written: {found.report(output)}")
 
 
 def checks_of(

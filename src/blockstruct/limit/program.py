@@ -82,7 +82,8 @@ class ConicProgram:
     - ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the variable load gives the
       same program;
     - the auxiliary variables of crushing and of torsion;
-    - the forces T' of ties beyond their prestress.
+    - the forces T' of ties beyond their prestress;
+    - the forces of springs.
 
     The rows come in this order:
 
@@ -101,9 +102,12 @@ class ConicProgram:
         Equilibrium and strength.
     settings
         Settings that choose the form of crushing in the program.
+    springs : (6 F, S) sparse array
+        Columns b_s of forces f_s that cost ``f_s² / 2`` in units of the objective. At velocities u the cost is
+        ``total² Σ (b_s·u)² / 2`` by duality. None by default.
     """
 
-    def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
+    def __init__(self, problem: LimitProblem, settings: ProcedureSettings, springs: sp.csc_array | None = None) -> None:
         self.problem = problem
         self.is_linearised = settings.crushing != "conic" and len(problem.rectangles) > 0
         biaxial = settings.crushing_interaction == "biaxial"
@@ -138,6 +142,11 @@ class ConicProgram:
 
         parts = [part for part in (balance, *linear, *cones) if len(part)]
         G = sp.vstack([p.G for p in parts], format="csc")
+        #: Cost of each variable, for half of its square.
+        self.cost = np.zeros(n_columns)
+        if springs is not None:
+            G = sp.hstack([G, sp.vstack([springs, sp.csc_array((G.shape[0] - equilibrium, springs.shape[1]))])], "csc")
+            self.cost = np.append(self.cost, np.ones(springs.shape[1]))
         G.sort_indices()
         self.G: sp.csc_array = G
         self._h = np.concatenate([p.h for p in parts])

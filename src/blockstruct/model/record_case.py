@@ -36,7 +36,7 @@ def _values(value: Any, dimension: str, what: str, remedy: str) -> NDArray[np.fl
         except (TypeError, ValueError):
             wrong = np.empty((0, 1), dtype=int)
         if len(wrong):
-            msg = f"{what}: sample {wrong[0][0]} is not finite ({len(wrong)} in all); fill the gaps of the record, or cut it"
+            msg = f"{what}: sample {wrong[0][0]} is not finite ({len(wrong)} in all); fill the gaps, or cut the record"
             raise DimensionError(msg)
     try:
         return si_array(value, dimension, what)

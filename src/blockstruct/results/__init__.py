@@ -18,7 +18,7 @@ from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
 from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
-from blockstruct.results.mechanism import mechanism
+from blockstruct.results.mechanism import mechanism, with_motion
 from blockstruct.results.parameters import (
     checked_parameters,
     checked_tags,
@@ -113,6 +113,7 @@ __all__ = [
     "body_table",
     "macro_blocks",
     "mechanism",
+    "with_motion",
     "tie_forces",
     "tie_sentences",
     "tie_state",

@@ -14,7 +14,7 @@ from blockstruct.vocabulary import ContactState, Stage, Status
 
 Array = NDArray[np.float64]
 
-#: Share of a measure over all joints below which a joint is not listed.
+#: Share of the largest measure of a joint below which a joint is not listed.
 _MAIN = 0.02
 _KINDS = {
     ContactState.HINGE: "Hinges",
@@ -96,8 +96,8 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
     joints = {}
     for part, measure in measures.items():
         ranked = np.where(state.str.contains(part.value).to_numpy(), measure, 0.0)
-        total = ranked.sum()
-        if total > 0:
+        largest = ranked.max(initial=0.0)
+        if largest > 0:
             order = np.argsort(-ranked, kind="stable")
-            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > _MAIN * total]
+            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > _MAIN * largest]
     return joints

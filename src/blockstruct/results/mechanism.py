@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.model import Model, tie_segments
 from blockstruct.vocabulary import AXES
 
 #: Translation, relative to the motion by rotation, that counts as rounding.
@@ -71,3 +72,33 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
         },
         coords={"block": history["block"], "axis": np.array(AXES, dtype=object)},
     )
+
+
+def with_motion(model: Model, history: xr.Dataset, motion: NDArray[np.float64]) -> xr.Dataset:
+    """Return the last iteration with another motion of the blocks, (blocks, 6) as in :func:`motion_of`."""
+    found = history.isel(iteration=[-1]).load().copy()
+    centroid = np.array([block.centroid for block in model.blocks])
+
+    def velocity(blocks: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(motion[blocks, :3] + np.cross(motion[blocks, 3:], points - centroid[blocks]))
+
+    index, of_point = model.block_index, found["interface_of_contact_point"].to_numpy()
+    sides = (np.array([index[getattr(i, side)] for i in model.interfaces]) for side in ("minus", "plus"))
+    minus, plus = (blocks[of_point] for blocks in sides)
+    points, frame = found["contact_point_position"].to_numpy(), found["interface_frame"].to_numpy()[of_point]
+    apart = np.einsum("kij,kj->ki", frame, velocity(plus, points) - velocity(minus, points))
+    values: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {
+        "block_velocity": (("iteration", "block", "axis"), motion[None, :, :3]),
+        "block_angular_velocity": (("iteration", "block", "axis"), motion[None, :, 3:]),
+        "relative_velocity": (("iteration", "contact_point", "component"), apart[None]),
+    }
+    if model.ties:
+        ties = tie_segments(model.ties, model.blocks)
+        start, end = (np.array([getattr(tie, name) for tie in ties]) for name in ("start", "end"))
+        along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+        blocks = np.array([[index[name] for name in tie.blocks] for tie in ties])
+        rate = np.einsum("ta,ta->t", along, velocity(blocks[:, 1], end) - velocity(blocks[:, 0], start))
+        values["tie_elongation_rate"] = (("iteration", "tie"), rate[None])
+    for name, (dims, array) in values.items():
+        found[name] = (dims, array, found[name].attrs)
+    return found

@@ -68,6 +68,15 @@ class Spread:
         return max(self._settled, key=lambda r: r.load_factor, default=None)
 
     @property
+    def relied_on(self) -> CaseResult:
+        """The run to rely on: of the loading paths, the lowest if its load factor has other digits, else the given."""
+        paths = [run for run in self._settled if run.outcome.procedure is Procedure.LOADING_PATH]
+        low = min(paths, key=lambda run: run.load_factor, default=self.given)
+        given = self.given
+        lower = given.settled and low.load_factor < given.load_factor
+        return low if lower and given.answer.text(low.load_factor) != given.headline.number else given
+
+    @property
     def _settled(self) -> list[CaseResult]:
         return [run for run in self.runs.values() if run.settled]
 

@@ -66,7 +66,7 @@ class ClarabelSolver:
                 *[clarabel.SecondOrderConeT(3)] * program.cones,
             ]
             G = sp.csc_matrix((data.G, program.G.indices, program.G.indptr), shape=(rows, columns))
-            P = sp.csc_matrix((columns, columns))
+            P = sp.csc_matrix(sp.diags_array(program.cost)) if program.cost.any() else sp.csc_matrix((columns, columns))
             self._solver = clarabel.DefaultSolver(P, data.q, G, data.h, cones, self.settings)
             self._program = program
         result = self._solver.solve()

@@ -7,6 +7,7 @@ import numpy as np
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown
+from blockstruct.vocabulary import Status, Way, counted
 
 g = STANDARD_GRAVITY
 UNSETTLED = "NOT SETTLED: the load factor is not an answer yet"
@@ -20,7 +21,7 @@ def _caution(code: NoteCode, text: str) -> Note:
 # -- verdicts ----------------------------------------------------------------------------------------------------------
 
 
-def state_outcome(name: str, ratio: float, *, satisfied: bool, bears_site: bool, noted: float | None) -> str:
+def state_outcome(name: str, ratio: float, *, satisfied: bool) -> str:
     """Return whether a limit state is satisfied, and why if its ratio does not show it.
 
     Parameters
@@ -31,18 +32,12 @@ def state_outcome(name: str, ratio: float, *, satisfied: bool, bears_site: bool,
         Capacity over demand; NaN without a spectrum.
     satisfied
         Whether it is satisfied.
-    bears_site
-        Whether the structure bears the ground acceleration of the site.
-    noted
-        Ratio that a note relies on instead; None without one.
     """
     if np.isnan(ratio):
         return "not checked: no spectrum of this limit state"
     if satisfied:
         least = f"below 1, but satisfied: a_g,{name[:3]} counts as no less than a_g,SLD (C8.7.1.2.1.8)"
         return "satisfied" if ratio >= 1 else least
-    if noted is not None and bears_site:
-        return f"not satisfied: a note relies on {ratio_text(noted)}"
     return "not satisfied" + ("" if ratio < 1 else ": a weaker ground motion already demands as much")
 
 
@@ -66,9 +61,60 @@ def verdict(name: str, ratio: float, outcome: str, ag: float, accelerations: tup
     return f"{name}: capacity / demand = {ratio_text(ratio)}, {outcome}; {at} = {in_si}{borne} (site {site})."
 
 
+def open_warnings(count: int) -> str:
+    """Return the outcome of a check with warnings, whose ratio alone would satisfy it."""
+    return f"not satisfied before {'the warning is' if count == 1 else f'{count} warnings are'} settled"
+
+
+def governing_way(way: Way, alpha: float, e_star: float, *, highest: float | None, floor: float | None) -> str:
+    """Return the sentences on the way that governs a check.
+
+    Parameters
+    ----------
+    way, alpha, e_star
+        The way, its multiplier and its e*.
+    highest, floor
+        Highest ratio of the other ways, and ratio with e* = 1; None if they are no different.
+    """
+    texts = []
+    if highest is not None:
+        texts.append(f"It is of {_WAYS[way]}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
+        texts.append(f"Other ways give up to {ratio_text(highest)}.")
+    if floor is not None:
+        texts.append(f"With e* = 1 it would be {ratio_text(floor)}.")
+    return " ".join(texts)
+
+
+_WAYS = {
+    Way.COLLAPSE: "the collapse mechanism",
+    Way.WITHOUT_SMALL: "the collapse mechanism without bodies that move far less",
+    Way.OTHER_MOTION: "another motion than the collapse mechanism",
+    Way.LOWER_END: "the lower end of the range of the load factor",
+    Way.WEIGHTS: "the displacement of the weights",
+    Way.ALONE: "a body that overturns alone",
+}
+
+
 def acceleration_in_g(ag: float, text: str) -> str:
     """Return a ground acceleration, given its text in multiples of gravity."""
     return f"{text} g" if np.isfinite(ag) else BEYOND
+
+
+def direction_without(name: str, status: Status) -> Note:
+    """Return the note on a direction of a building that has no load factor."""
+    text = f"“{name}” {status.predicate}, so nothing covers this direction."
+    return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
+
+
+def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine: float, scatter: float) -> str:
+    """Return the sentences on answers with units of several sizes, m, the largest first."""
+    (first, *others), (value, *rest) = sizes, values
+    text = f"With units of {shown(first, 'm')} the {what} is {shown(value)}."
+    if others:
+        each = [f"{shown(size, 'm')} gives {one / value - 1:+.0%}" for size, one in zip(others, rest, strict=True)]
+        text += f" {'; '.join(each)}."
+    band = f" ± {scatter:.2g}" if np.isfinite(scatter) else ""
+    return f"{text} A fine bond would give about {shown(fine)}{band}."
 
 
 # -- the collapse state ------------------------------------------------------------------------------------------------
@@ -77,7 +123,7 @@ def acceleration_in_g(ag: float, text: str) -> str:
 def associative_bound() -> Note:
     """Return the note on a load factor of associative flow."""
     text = "α0 is an upper bound, as flow is associative. Run the case non-associative before relying on it."
-    return _caution(NoteCode.ASSOCIATIVE_BOUND, text)
+    return Note(NoteCode.ASSOCIATIVE_BOUND, Severity.WARNING, text)
 
 
 def rounded_corners(radius: float, first: float, alpha0: float) -> Note:
@@ -112,16 +158,6 @@ def anchorages(names: Sequence[str]) -> Note:
     return _caution(NoteCode.ANCHORAGES, text)
 
 
-def departure(relative_motion: float) -> Note:
-    """Return the note on blocks that move relative to their body, by a share of the largest motion."""
-    text = (
-        f"Blocks within one body move by up to {relative_motion:.2g} of the largest motion relative to it, and e* "
-        "depends on which blocks form a body. Compare other values of tolerance= in Python and rely on the lowest "
-        "ratio."
-    )
-    return _caution(NoteCode.DEPARTURE, text)
-
-
 def out_of_plane() -> Note:
     """Return the note on bodies that do not move parallel to one plane."""
     text = "The bodies do not move parallel to one plane, for which the procedure is calibrated (C8.7.1.2.1.6)."
@@ -137,19 +173,10 @@ def masses_differ(dead: float, pushed: float) -> Note:
     return _caution(NoteCode.MASSES_DIFFER, text)
 
 
-def not_unique() -> Note:
-    """Return the note on a mechanism whose joints open at independent rates."""
-    text = (
-        "Joints of this mechanism can open at independent rates, so the motion found is one of several. The check uses "
-        "e* = 1, the largest possible value. Model blocks that move together as one block to find a better value."
-    )
-    return _caution(NoteCode.NOT_UNIQUE, text)
-
-
 def small_motions(
     small: float, total: float, delta: float, *, e_star: float, a0_star: float, state: str, ratio: float
 ) -> Note:
-    """Return the note on bodies that hardly move along the push.
+    """Return the note on bodies that move far less than the others along the push.
 
     Parameters
     ----------
@@ -161,11 +188,33 @@ def small_motions(
         Without them: e*, a0* (m/s²), and capacity over demand of a limit state.
     """
     text = (
-        f"Bodies of {shown(small / 1e3)} kN out of {shown(total / 1e3)} kN have a δ of at most {delta:.2g} of the "
-        "largest. e* counts their whole weight although they hardly move, which raises a0*. Rely on the values without "
+        f"Bodies of {shown(small / 1e3)} kN out of {shown(total / 1e3)} kN move less than half as far as the others in "
+        f"the mean, up to {delta:.2g} of the largest δ. e* counts their whole weight, which raises a0*. Rely on the "
+        "values without "
         f"them: e* = {shown(e_star)}, a0* = {in_g(a0_star, g)}, capacity / demand of {state} = {ratio_text(ratio)}."
     )
     return _caution(NoteCode.SMALL_MOTIONS, text)
+
+
+def other_motion(found: float, alpha: float, e_star: float, bodies: int, state: str, ratio: float) -> Note:
+    """Return the note on a motion that a smaller acceleration activates than the collapse mechanism.
+
+    Parameters
+    ----------
+    found
+        α0 of the collapse mechanism.
+    alpha, e_star, bodies
+        Of the motion.
+    state, ratio
+        Limit state and capacity over demand of the motion.
+    """
+    more = f"At {alpha / found - 1:.1%} more than α0" if alpha > 1.0005 * found else "At α0"
+    text = (
+        f"{more}, α = {shown(alpha)}, another motion of {counted(bodies, 'body', 'bodies')} with e* = {shown(e_star)} "
+        f"is activated. It needs a smaller a0* than the collapse mechanism. Rely on capacity / demand of {state} = "
+        f"{ratio_text(ratio)}."
+    )
+    return _caution(NoteCode.OTHER_MOTION, text)
 
 
 def separate_mechanisms(count: int, checked: Sequence[tuple[str, float]], unfollowed: Sequence[str]) -> Note:
@@ -295,7 +344,7 @@ def hand_is_lower(by_hand: float, found: float) -> Note:
         "out something that holds the blocks, or the model lacks something that it counts. Find out which before "
         "relying on either."
     )
-    return _caution(NoteCode.HAND_IS_LOWER, text)
+    return Note(NoteCode.HAND_IS_LOWER, Severity.WARNING, text)
 
 
 def edge_is_long(edge: float, joints: float) -> Note:

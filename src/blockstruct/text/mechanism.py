@@ -77,7 +77,7 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
     speed
         Largest velocity of the body, in the unit of the translation.
     """
-    towards = _direction(translation)
+    towards = direction_text(translation)
     if axis is None:
         return f"moves towards {towards} without turning"
     direction, point = axis
@@ -97,10 +97,10 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
     if np.linalg.norm(level) <= abs(translation[2]):
         return f"moves towards {towards}, turning about {where}"
     verb = "leans" if abs(direction[2]) <= np.sqrt(0.5) else "swings"
-    return f"{verb} towards {_direction(level)}, turning about {where}"
+    return f"{verb} towards {direction_text(level)}, turning about {where}"
 
 
-def _direction(vector: Array) -> str:
+def direction_text(vector: Array) -> str:
     """Return the axis nearest to a direction, with the component along it unless the direction is the axis."""
     length = np.linalg.norm(vector)
     if length == 0:

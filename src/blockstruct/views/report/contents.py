@@ -41,7 +41,10 @@ _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
 
 def contents(
-    analysis: bs.Analysis, project: Mapping[str, str], checks: Iterable[bs.assess.LocalMechanismCheck] = ()
+    analysis: bs.Analysis,
+    project: Mapping[str, str],
+    checks: Iterable[bs.assess.LocalMechanismCheck] = (),
+    unit_sizes: bs.assess.UnitSizes | None = None,
 ) -> dict[str, Any]:
     """Return everything that the template may name, texts with their units."""
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
@@ -54,6 +57,7 @@ def contents(
     for name, check in of_case:
         checks_of.setdefault(name, []).append(verification(name, check, notes))
     every = [check for found in checks_of.values() for check in found]
+    drawn = {name: check.governing for name, check in of_case}
     page: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
@@ -71,6 +75,7 @@ def contents(
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
         "patterns": _patterns(results),
         "relied_on": first,
+        "unit_sizes": "" if unit_sizes is None else str(unit_sizes),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(r, notes, checks_of.get(r.name, [])) for r in shown_results(analysis)],
         "verification": every,
@@ -79,7 +84,7 @@ def contents(
         "undemanded": undemanded(analysis),
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "geometry": geometry_picture(model),
-        "cases": [_case(r, notes, checks_of.get(r.name, [])) for r in shown_results(analysis)],
+        "cases": [_case(r, notes, checks_of.get(r.name, []), drawn.get(r.name, r)) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, [check for _, check in of_case]),
         "masses": pushed_masses(model, results),
         "settings": list(results[0].settings.flat.items()),
@@ -291,7 +296,8 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
     }
 
 
-def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]], drawn: bs.CaseResult) -> dict[str, Any]:
+    """Return the page of a case, with the mechanism drawn that its check relies on."""
     # A case without iterations has nothing to count or draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
@@ -307,7 +313,7 @@ def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "notes": _numbers(r, notes, checks),
         "checks": checks,
-        "picture": mechanism_picture(r),
+        "picture": mechanism_picture(drawn),
         "pictures": [
             {"caption": d.caption, "address": address(replace(d, size=_SMALL))}
             for d in drawings(r)

@@ -37,6 +37,7 @@ def write_report(
     *,
     project: Mapping[str, str] = MappingProxyType({}),
     checks: Iterable[bs.assess.LocalMechanismCheck] = (),
+    unit_sizes: bs.assess.UnitSizes | None = None,
     template: str | Path | None = None,
 ) -> Path:
     """Write the report of an analysis and replace an existing file.
@@ -47,7 +48,7 @@ def write_report(
         All its cases are reported, whatever their status.
     path
         ``.html`` or ``.pdf``. Both have A4 pages in print.
-    project, checks, template
+    project, checks, unit_sizes, template
         See :func:`report_html`.
 
     Raises
@@ -63,7 +64,7 @@ def write_report(
     if Path(path).suffix.lower() not in _ENDS:
         msg = f"{path}: a report is a page or a PDF; give a name that ends in {' or '.join(_ENDS)}"
         raise bs.errors.StorageError(msg)
-    html = report_html(analysis, project=project, checks=checks, template=template)
+    html = report_html(analysis, project=project, checks=checks, unit_sizes=unit_sizes, template=template)
     return write_bytes(pdf_of(html) if Path(path).suffix.lower() == ".pdf" else html.encode("utf-8"), path)
 
 
@@ -109,6 +110,7 @@ def report_html(
     *,
     project: Mapping[str, str] = MappingProxyType({}),
     checks: Iterable[bs.assess.LocalMechanismCheck] = (),
+    unit_sizes: bs.assess.UnitSizes | None = None,
     template: str | Path | None = None,
 ) -> str:
     """Return the report of an analysis as HTML with its pictures inside.
@@ -121,6 +123,8 @@ def report_html(
         Entries for the head of the report, such as ``{"client": "…", "engineer": "…"}``.
     checks
         Verifications of its cases: :func:`blockstruct.assess.local_mechanism`. Equal checks are shown once.
+    unit_sizes
+        Answers with units of other sizes: :func:`blockstruct.assess.unit_sizes`.
     template
         A Jinja2 template to use instead. One that begins with ``{% extends "report.html.j2" %}`` only needs the blocks
         that it changes: ``style``, ``head``, ``project``, ``relied_on``, ``results``, ``assumptions``,
@@ -163,7 +167,7 @@ def report_html(
     if not isinstance(project, Mapping):
         msg = f"report: project {bs.errors.shown(project)}; give names and texts, as in {{'client': '…'}}"
         raise bs.errors.ModelError(msg)
-    names = contents(analysis, project, checks)
+    names = contents(analysis, project, checks, unit_sizes)
     if template is None:
         return environment.get_template(name).render(names)
     try:

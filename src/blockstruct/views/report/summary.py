@@ -59,11 +59,12 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     ]
     if check is not None:
         borne, site = check.limit_state.ag_texts()
+        verdict = check.verdict
         figures += [
             {
                 "what": "capacity / demand",
                 "number": _ratio(check),
-                "more": [check.relied_on, check.outcome],
+                "more": [check.relied_on, check.outcome, verdict.figures],
             },
             {
                 "what": "ground acceleration borne",
@@ -77,7 +78,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], has_doubt_note=has_doubt_note),
         "figures": figures,
-        "picture": mechanism_picture(result),
+        "picture": mechanism_picture(check.governing if check else result),
         "holds": _holds(result, check),
         "missed": _missed([item for item in checks if item[1] is not check]),
         "notes": list(dict(zip(noted.numbers(texts), texts, strict=True)).items()),
@@ -93,8 +94,7 @@ def _governing(
         # It is worse than any number, and than any check of another case.
         return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
-        # A check with a larger share may still be unsatisfied, by a note.
-        return min(checks, key=lambda item: (item[1].satisfied, _share(item[1])))
+        return min(checks, key=lambda item: (item[1].satisfied, item[1].verdict.share))
     # A record that the structure stands has no number.
     numbered = [name for name, head in heads.items() if head.status is not bs.Status.STANDS] or heads
     return min(numbered, key=lambda name: heads[name].load_factor, default=None), None
@@ -119,7 +119,7 @@ def _sentence(
         return report.no_number(name, head.status, head.answer, cases=cases, checks=len(checks))
     if check is None:
         return report.number(name, head.number, head.answer, cases=cases, has_mixed_units=mixed)
-    is_least = _share(check) <= min(map(_share, checks))
+    is_least = check.verdict.share <= min(one.verdict.share for one in checks)
     return report.ratio(name, check.relied_on, check.ratio, head.number, checks=len(checks), is_least=is_least)
 
 
@@ -142,11 +142,6 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
     missed.sort(key=lambda item: item[1].ratio)
     facts = [(name, check.relied_on, check.ratio, check.outcome) for name, check in missed]
     return [report.other_checks(facts)] if facts else []
-
-
-def _share(check: Check) -> float:
-    """Return the ground acceleration borne, relative to the site."""
-    return check.ag / check.limit_state.ag_site
 
 
 def _ratio(check: Check) -> str:

@@ -39,11 +39,12 @@ def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, C
                 f"{check.result.model.name!r}, which is not part of it; check a result of this analysis"
             )
             raise bs.errors.ModelError(msg)
-        relied = analysis.headlines[runs[name]].load_factor
-        if check.result.load_factor != relied:
+        case, spreads = runs[name], analysis.spreads
+        relied = (spreads[case].relied_on if case in spreads else analysis[case]).load_factor
+        if check.result.load_factor not in (relied, analysis[case].load_factor):
             msg = (
                 f"report of {analysis.model.name!r}: the check is of the load factor {check.result.load_factor:.4g}, "
-                f"but {runs[name]!r} has {relied:.4g}; check analysis.spread({runs[name]!r})"
+                f"but {case!r} has {relied:.4g}; check analysis.spread({case!r})"
             )
             raise bs.errors.ModelError(msg)
         # Of two checks that print the same, keep one, whichever was made first.
@@ -59,15 +60,16 @@ def undemanded(analysis: bs.Analysis) -> str:
 
 def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
     """Return verdict, notes, picture and every formula of a check."""
+    verdict = check.verdict
     return {
         "name": name,
-        "verdict": check.verdict,
+        "verdict": str(verdict),
         # The status of an unsettled case says more.
         "missed": not (check.satisfied or check.result.drifts),
-        "ratio": check.limit_state.ratio_text(),
+        "ratio": verdict.state.ratio_text(),
         "state": check.relied_on,
-        "e_star": f"{check.e_star:.3g}",
-        "a0_star": f"{check.a0_star:.4g} m/s²",
+        "e_star": f"{verdict.governing.e_star:.3g}",
+        "a0_star": f"{check.acceleration:.4g} m/s²",
         "notes": notes.numbers(note.text for note in check.notes),
         "picture": capacity_picture(check),
         "sections": [

@@ -1,0 +1,196 @@
+"""Every direction of a building in one call: runs, checks, one verdict, one table, one report."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from blockstruct.analysis import AnalysisManager
+from blockstruct.analysis.progress import Progress
+from blockstruct.assess.check import LocalMechanismCheck
+from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.local_mechanism import local_mechanism
+from blockstruct.assess.spectrum import NtcSpectrum
+from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.assess.unit_sizes import UnitSizes
+from blockstruct.assess.verdict import Verdict
+from blockstruct.errors import ModelError
+from blockstruct.limit import ProcedureSettings
+from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
+from blockstruct.results import Analysis, CaseResult, Spread
+from blockstruct.text import assessment, told_apart
+from blockstruct.vocabulary import Stage, Status
+
+#: Directions of a building with walls along x and y.
+DIRECTIONS = ("+x", "-x", "+y", "-y")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Building:
+    """The checks of a building: :func:`building`.
+
+    Attributes
+    ----------
+    analysis : Analysis
+        A case a direction. The governing case has its whole history, the others their last state.
+    checks : mapping of str to LocalMechanismCheck
+        By direction, of those with a load factor.
+    unit_sizes : UnitSizes or None
+    """
+
+    analysis: Analysis
+    checks: Mapping[str, LocalMechanismCheck] = field(repr=False)
+    unit_sizes: UnitSizes | None = field(default=None, repr=False)
+
+    @property
+    def governing(self) -> LocalMechanismCheck:
+        """The check with the lowest share of its site's ground acceleration."""
+        return self.checks[_governing(self.checks)]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict of the building: that of the governing direction.
+
+        It is not satisfied while a direction has no load factor, or has another open warning.
+        """
+        verdict = self.governing.verdict
+        without = [
+            assessment.direction_without(name, result.status)
+            for name, result in self.analysis.items()
+            if result.status not in (Status.CONVERGED, Status.UNBOUNDED) and result.of_case == ""
+        ]
+        others = [note for check in self.checks.values() if check is not self.governing for note in check.verdict.open]
+        return replace(verdict, open=tuple(dict.fromkeys([*verdict.open, *without, *others])))
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row a direction: status, α0, and of the motion relied on α, e*, a0*, ratio, its range, and the outcome."""
+        rows = {}
+        governs = _governing(self.checks)
+        for name, result in self.analysis.items():
+            if result.of_case:
+                continue
+            check = self.checks.get(name)
+            row: dict[str, Any] = {"status": result.ended, "load factor": result.load_factor}
+            if check is not None:
+                verdict = check.verdict
+                lowest, highest = verdict.range
+                row |= {
+                    "load factor": check.result.load_factor,
+                    "α": verdict.governing.alpha,
+                    "e*": verdict.governing.e_star,
+                    "a0* [meter / second ** 2]": check.acceleration,
+                    "ratio": lowest,
+                    "highest ratio": highest,
+                    "relied on": str(verdict.governing.way),
+                    "satisfied": verdict.satisfied,
+                    "governs": name == governs,
+                }
+            rows[name] = row
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("case")
+
+    def report(self, path: str | Path, project: Mapping[str, str] = MappingProxyType({})) -> Path:
+        """Write the report, ``.html`` or ``.pdf``: :func:`blockstruct.views.report.write_report`."""
+        from blockstruct.views.report import write_report
+
+        return write_report(
+            self.analysis, path, project=project, checks=self.checks.values(), unit_sizes=self.unit_sizes
+        )
+
+    def __str__(self) -> str:
+        columns = ["load factor", "α", "e*", "ratio", "relied on", "satisfied"]
+        shown = self.table.reindex(columns=columns)
+        shown["ratio"] = [told_apart(ratio, 1.0)[0] for ratio in shown["ratio"]]
+        lines = [f"{self.verdict.case}: {self.verdict}", *(f"open: {note}" for note in self.verdict.open)]
+        lines += ["", shown.to_string(float_format="{:.4g}".format)]
+        return "\n".join([*lines, *([str(self.unit_sizes)] if self.unit_sizes else [])])
+
+
+def building(  # noqa: PLR0913
+    model: Model,
+    dead: LoadPattern,
+    spectrum: NtcSpectrum | TableSpectrum | FloorSpectrum,
+    *,
+    directions: Sequence[Any] = DIRECTIONS,
+    confidence_factor: float | None = None,
+    knowledge_level: str | None = None,
+    method: str = "linear",
+    settings: ProcedureSettings | None = None,
+    progress: Progress = "auto",
+    unit_sizes: UnitSizes | None = None,
+) -> Building:
+    """Check the local mechanisms of a building in several directions.
+
+    Each direction has its loading path. The variants of the path are run only where the verdict depends on them: in
+    the direction that governs, until that direction has its range.
+
+    Parameters
+    ----------
+    model, dead
+        The structure, and its weights and other loads that act in full.
+    spectrum
+        Demand at SLV.
+    directions
+        Directions of :class:`blockstruct.BodyForce`.
+    confidence_factor, knowledge_level, method
+        See :func:`local_mechanism`.
+    settings, progress
+        See :class:`blockstruct.AnalysisManager`.
+    unit_sizes
+        Answers with units of other sizes, for the report: :func:`blockstruct.assess.unit_sizes`.
+
+    Returns
+    -------
+    Building
+        ``.verdict``, ``.table`` and ``.report(path)``.
+
+    Raises
+    ------
+    ModelError
+        If no direction has a load factor to check, or an argument does not suit :func:`local_mechanism`.
+    """
+    cases = {}
+    for direction in directions:
+        force = BodyForce(direction)
+        name = f"push {direction if isinstance(direction, str) else tuple(direction)}"
+        cases[name] = LimitCase(name, dead, LoadPattern(name, [force]))
+    manager = AnalysisManager(model, settings=settings, progress=progress)
+    analysis = manager.run(cases.values())
+    results = dict(analysis)
+
+    def checked(result: CaseResult | Spread) -> LocalMechanismCheck:
+        return local_mechanism(result, confidence_factor, spectrum, knowledge_level=knowledge_level, method=method)
+
+    checks = {name: checked(result) for name, result in results.items() if result.status is Status.CONVERGED}
+    if not checks:
+        ended = ", ".join(f"{name}: {result.ended}" for name, result in results.items())
+        msg = f"building {model.name!r}: no direction has a load factor to check ({ended})"
+        raise ModelError(msg)
+    ranged = set[str]()
+    while (name := _governing(checks)) not in ranged:
+        ranged.add(name)
+        more = manager.run([cases[name]], spread=True)
+        results |= more
+        checks[name] = checked(more.spread(name))
+    governs = _governing(checks)
+    found = {name: result if (result.of_case or name) == governs else _last(result) for name, result in results.items()}
+    kept = Analysis(model, found, analysis.created_at, analysis.versions, solver_options=analysis.solver_options)
+    return Building(kept, MappingProxyType(checks), unit_sizes)
+
+
+def _governing(checks: Mapping[str, LocalMechanismCheck]) -> str:
+    return min(checks, key=lambda name: (checks[name].satisfied, checks[name].verdict.share))
+
+
+def _last(result: CaseResult) -> CaseResult:
+    """Return the result with its associative program and its last state alone."""
+    stage = result.history["stage"].to_numpy()
+    kept = stage == Stage.ASSOCIATIVE.value
+    kept[-1:] = True
+    history = result.history.isel(iteration=np.flatnonzero(kept))
+    numbers = history["iteration"].copy(data=np.arange(history.sizes["iteration"]))
+    return result.changed(history=history.assign_coords(iteration=numbers))

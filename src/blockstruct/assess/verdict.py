@@ -1,0 +1,145 @@
+"""The verdict of a check: the ratio to rely on, taken over every way to find it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.assess.limit_states import LimitState
+from blockstruct.text import Note, Severity, assessment
+from blockstruct.vocabulary import Way
+
+#: Relative difference of two ratios that counts as none.
+_SAME = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WayOfChecking:
+    """One way to find capacity over demand.
+
+    Attributes
+    ----------
+    way : Way
+    alpha : float
+        Multiplier of the weights P + Q.
+    e_star : float
+        Share of the mass that takes part.
+    state : LimitState
+        The limit state that the method relies on.
+    motion : (blocks, 6) array or None
+        Velocity of the centroids and angular velocity, SI; None for the collapse mechanism.
+    """
+
+    way: Way
+    alpha: float
+    e_star: float
+    state: LimitState
+    motion: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a check comes to; ``print(verdict)`` gives the sentence that every output shows.
+
+    Attributes
+    ----------
+    case : str
+        Name of the case.
+    direction : str
+        Direction of its push, such as ``"+x"``.
+    ways : tuple of WayOfChecking
+        All ways that have a ratio, the lowest first. The verdict relies on the first.
+    floor : float
+        Ratio with e* = 1, which no mechanism goes below at this load factor; NaN by displacement.
+    open : tuple of Note
+        Warnings to settle first. With one of them the check is not satisfied.
+    settled : bool
+        Whether the load factor has settled.
+    """
+
+    case: str
+    direction: str
+    ways: tuple[WayOfChecking, ...] = field(repr=False)
+    floor: float
+    open: tuple[Note, ...]
+    settled: bool
+
+    @classmethod
+    def of(
+        cls,
+        case: str,
+        direction: str,
+        ways: Sequence[WayOfChecking],
+        notes: Sequence[Note],
+        *,
+        floor: float,
+        settled: bool,
+    ) -> "Verdict":
+        """Return the verdict of some ways and of the notes of a check."""
+        ranked = tuple(sorted(ways, key=lambda one: one.state.ratio))
+        return cls(case, direction, ranked, floor, tuple(n for n in notes if n.severity is Severity.WARNING), settled)
+
+    @property
+    def governing(self) -> WayOfChecking:
+        """The way with the lowest ratio."""
+        return self.ways[0]
+
+    @property
+    def state(self) -> LimitState:
+        """Limit state of that way."""
+        return self.governing.state
+
+    @property
+    def ratio(self) -> float:
+        """Capacity over demand to rely on: the lowest."""
+        return self.state.ratio
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest ratio."""
+        return self.ratio, self.ways[-1].state.ratio
+
+    @property
+    def ag(self) -> float:
+        """Ground acceleration that the structure bears in every way, m/s²."""
+        return min(one.state.ag for one in self.ways)
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether every way satisfies the limit state, and no warning is open."""
+        return self.settled and not self.open and all(one.state.satisfied for one in self.ways)
+
+    @property
+    def share(self) -> float:
+        """Ground acceleration borne over the one of the site."""
+        return self.ag / self.state.ag_site
+
+    @property
+    def outcome(self) -> str:
+        """Whether the check is satisfied, and why if its ratio does not show it."""
+        if not self.settled:
+            return assessment.UNSETTLED
+        state = self.state
+        if self.open and state.satisfied:
+            return assessment.open_warnings(len(self.open))
+        return state.outcome
+
+    @property
+    def figures(self) -> str:
+        """Clause on the motion that governs: its multiplier, its e* and the other ratios."""
+        highest = self.range[1]
+        return assessment.governing_way(
+            self.governing.way,
+            self.governing.alpha,
+            self.governing.e_star,
+            highest=highest if highest > (1 + _SAME) * self.ratio else None,
+            floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - _SAME) * self.ratio else None,
+        )
+
+    def __str__(self) -> str:
+        state = self.state
+        sentence = assessment.verdict(
+            state.name, self.ratio, self.outcome, state.ag, state.ag_texts(), of_sld=state.of_sld
+        )
+        return " ".join(filter(None, [sentence, self.figures]))

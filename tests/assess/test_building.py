@@ -1,0 +1,85 @@
+"""Several directions in one call, and several sizes of units."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.limit import Outcome
+from structures import SELF_WEIGHT, STONE, model_of, push
+
+SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
+DRY = bs.JointMaterial("dry", 0.7)
+UNSTABLE = Outcome(bs.Status.UNSTABLE, np.nan, bs.Reason.DEAD_LOAD_NOT_CARRIED, carried=0.5)
+
+
+def block():
+    """A block 0.5 m along x and 1 m along y, 2 m high: α0 = 0.25 and 0.5."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", STONE, fixed=True)
+    return model_of([ground, bs.Block.box("block", "[0, 0, 0] m", "[0.5, 1, 2] m", STONE)], DRY)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return bs.assess.building(block(), SELF_WEIGHT, SITE, progress=False)
+
+
+def test_the_weakest_direction_governs(found):
+    """By hand: α0 g / 1.35 over 0.06 g."""
+    assert found.table["ratio"].tolist() == pytest.approx([0.25 / 1.35 / 0.06] * 2 + [0.5 / 1.35 / 0.06] * 2, rel=1e-5)
+    assert (found.verdict.ratio, found.verdict.satisfied) == (found.table["ratio"].min(), True)
+    assert found.verdict.direction in ("+x", "−x")
+    assert found.table["governs"].sum() == 1
+
+
+def test_only_the_direction_that_governs_has_its_variants_and_its_history(found, tmp_path):
+    name = found.verdict.case
+    assert list(found.analysis.spreads) == [name]
+    lengths = {n: r.n_iterations for n, r in found.analysis.items() if not r.of_case}
+    assert all(length <= 2 for n, length in lengths.items() if n != name)
+    assert lengths[name] > 2
+    bs.save_analysis(found.analysis, tmp_path / "block.h5")
+    assert bs.open_analysis(tmp_path / "block.h5").headlines.keys() == found.analysis.headlines.keys()
+
+
+def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
+    """The verdict of the other direction is not enough."""
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
+    ended = {"push +y": found.analysis["push +x"].changed(outcome=UNSTABLE)}
+    more = bs.Analysis(found.analysis.model, {**found.analysis, **ended}, "", {})
+    verdict = bs.assess.Building(more, found.checks).verdict
+    assert [note.code for note in verdict.open] == ["direction_without"]
+    assert not verdict.satisfied
+    assert found.verdict.satisfied
+
+
+def test_one_page_has_the_table_and_the_number(found, no_pictures):
+    from blockstruct.views.report import report_html
+
+    sizes = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"])
+    page = report_html(found.analysis, checks=found.checks.values(), unit_sizes=sizes)
+    assert page.count(f"<b>{found.governing.limit_state.ratio_text()}</b>") == 1
+    assert "A fine bond would give about" in page.replace("\u00a0", " ")
+
+
+def columns(size):
+    """A stack whose blocks never part: its load factor does not depend on their size."""
+    blocks = bs.wall(length="1 m", height="2 m", unit_length="1 m", unit_height=size, depth="0.5 m", material=STONE)
+    return model_of(blocks, DRY), bs.LimitCase("push", SELF_WEIGHT, push(0, -1, 0))
+
+
+def checked(result):
+    return bs.assess.local_mechanism(result, spectrum=SITE)
+
+
+def test_units_of_any_size_turn_as_one_wall():
+    """α0 = 0.5 m / 2 m at every size, so a fine bond gives the same, without scatter."""
+    found = bs.assess.unit_sizes(columns, ["0.5 m", "1 m", "0.25 m"])
+    assert found.table["size [meter]"].tolist() == [1.0, 0.5, 0.25]
+    assert found.table["load factor"].to_numpy() == pytest.approx(0.25, rel=1e-4)
+    assert (found.fine, found.scatter) == pytest.approx((0.25, 0.0), abs=1e-4)
+    ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=checked)
+    assert ratios.fine == pytest.approx(0.25 / 1.35 / 0.06, rel=1e-3)
+    assert np.isnan(ratios.scatter)
+    with pytest.raises(bs.errors.ModelError, match="two at least"):
+        bs.assess.unit_sizes(columns, ["1 m"])
