@@ -26,8 +26,8 @@ ITERATIONS, SOLVED = 30, 1e-7
 PATIENCE, LEAST = 8, 0.1
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
 DENSE = 60
-#: Energy of an impact, relative to that of the motion, from which a step ends at it; and the share of a step that is
-#: not worth a step of its own.
+#: Energy of an impact, relative to the energy of the motion, from which a step ends at the impact. Shortest part of a
+#: divided step, as a share.
 IMPACT, SPLIT = 1e-3, 0.05
 
 
@@ -109,8 +109,7 @@ class Step:
     impulse_time : float
         Time for which forces act, s: from the middle of the step before to the middle of this one.
     twist, mean : (B, 6) arrays
-        Twists about the centres of mass, and the mean of those of the step before and this one, with which forces do
-        work.
+        Twists about the centres of mass. Forces do work with the mean of the twists of the step before and this one.
     dissipated_energy : float
         Work that contacts take up, J.
     kinetic_energy : float
@@ -136,7 +135,7 @@ class Dynamics:
         ``M (V − V_0) = h (w + Jᵀ x)``, ``C x + g + h J V = opening``
 
     The velocities V at the end of a step move the blocks in it: impacts are without bounce, and the energy of a
-    motion without friction and impacts is kept in the mean (the step is that of Verlet's method). Normal forces
+    motion without friction and impacts is kept in the mean (a step of Verlet's method). Normal forces
     follow from the gap at the end of the step, tangential forces from the slip in it and the force before, with
     Coulomb's law without dilatancy. The system is solved by the Newton method of P. Alart, A. Curnier (Comput.
     Methods Appl. Mech. Eng. 92 (1991) 353–375).
@@ -154,7 +153,7 @@ class Dynamics:
         statics = structure.statics
         self._structure, self._masses = structure, masses
         self._free, self._B = statics.free, len(statics.model.blocks)
-        #: Place of each block among the free ones; that of supports is after the last.
+        #: Place of each block among the free ones. Supports have the place after the last.
         self._slot = np.full(self._B, len(self._free))
         self._slot[self._free] = np.arange(len(self._free))
         self._size = masses.size[statics.free]

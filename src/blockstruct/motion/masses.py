@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Masses:
-    """Masses of the blocks, with those of the weights that they carry.
+    """Masses of the blocks and of the weights that they carry.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class Masses:
     offset : (B, 3) array, m
         Centre of mass of each block, from its centroid, with the blocks at their positions in the model.
     inertia : (B, 3, 3) array, kg·m²
-        About the centre of mass, likewise.
+        About the centre of mass, with the blocks at their positions in the model.
     """
 
     mass: Array

@@ -23,10 +23,10 @@ STATES, SHORTEST = 200, 0.01
 #: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
 SPLITS, HALVINGS = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
-#: it. Contacts are found anew when a block has moved by half of it, and after this number of states at the latest.
+#: the gap. Contacts are searched again when a block has moved by half of the gap, or after this number of states.
 REACH, AHEAD, KEPT = 0.02, 8, 16
 #: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
-#: relative to that of gravity. At the turn of a motion, only the first is small.
+#: relative to gravity. At the turn of a motion, only the first is small.
 REST, STILL = 1e-7, 1e-2
 #: Longest motion after the record, s, if the record is not longer itself.
 AFTER = 30.0
@@ -137,7 +137,7 @@ class _Run:
         )
 
     def ended(self, state: RecordState) -> Reason | None:
-        """Return the reason for the end of the response; None if it goes on."""
+        """Return the reason for the end of the response; None if it continues."""
         if self._fall.at(self._placement(state)).any():
             return Reason.BLOCKS_FALLEN
         if state.time < self._end * (1 - 1e-12):
@@ -275,7 +275,7 @@ class _Run:
         return found
 
     def _fastest(self, twist: Array) -> float:
-        """Return the largest speed of any point, m/s, or a bound of it."""
+        """Return the largest speed of any point, m/s, or an upper bound."""
         speed = np.linalg.norm(twist[:, :3], axis=1) + self._radius * np.linalg.norm(twist[:, 3:], axis=1)
         return float(speed.max())
 
@@ -325,7 +325,7 @@ def check_record(model: Model, case: RecordCase) -> None:
             msg = f"{who}: joint material {joint.name!r} never slides; give a finite friction coefficient"
             raise ModelError(msg)
         if joint.torsion is not Torsion.CORNERS:
-            msg = f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}; give that of corners"
+            msg = f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}; leave out its torsion"
             raise ModelError(msg)
     if rollers := [b.name for b in model.blocks if b.is_roller]:
         msg = (
