@@ -10,7 +10,13 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 PAGE, SCHEMA = ROOT / "docs" / "file-format.md", ROOT / "schemas" / "analysis-2.json"
-TITLES = {"model": "`/model`", "case": "a case", "history": "a history", "capacity": "a capacity curve"}
+TITLES = {
+    "model": "`/model`",
+    "case": "a case",
+    "history": "a history",
+    "capacity": "a capacity curve",
+    "response": "a response",
+}
 KINDS: dict[str, Any] = {"float": {"const": "f"}, "integer": {"enum": ["i", "u"]}, "text": {"const": "text"}}
 
 

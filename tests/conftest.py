@@ -15,6 +15,9 @@ import properties  # noqa: F401 - the profiles of hypothesis
 from blockstruct import Q_, cli
 from blockstruct.views.figures.sheet import Drawing
 
+#: The table of the attack.
+pytest_plugins = ("attack_table",)
+
 # Tests start many interpreters: what one has compiled the others need not.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # An option --hypothesis-profile is read after this.

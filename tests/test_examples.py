@@ -37,6 +37,12 @@ def test_ferris_tin_loi_wall_1_as_a_document():
     assert analysis["nonassociative"].load_factor == pytest.approx(nonassociative, rel=1e-6)
 
 
+@pytest.mark.slow
+def test_portal_record():
+    """Its columns rock for some seconds after the record."""
+    assert load("portal_record").main() == {"record": "stands", "record × 2": "stands", "record × 7": "collapses"}
+
+
 def test_tilting_table(tmp_path):
     angles = load("tilting_table").main(tmp_path)
     # The lowest wall collapses just below the angle of friction, arctan 0.65 = 33.02°; the others sooner.

@@ -37,6 +37,7 @@ from blockstruct.model import Model as Model
 from blockstruct.model import Moment as Moment
 from blockstruct.model import PointLoad as PointLoad
 from blockstruct.model import Pushover as Pushover
+from blockstruct.model import RecordCase as RecordCase
 from blockstruct.model import SelfWeight as SelfWeight
 from blockstruct.model import SettlementCase as SettlementCase
 from blockstruct.model import Tie as Tie

@@ -40,6 +40,7 @@ SI_UNITS = {
     "volume": "meter ** 3",
     "force": "newton",
     "moment": "newton * meter",
+    "energy": "joule",
     "stress": "pascal",
     "stress/length": "pascal / meter",
     "force/length": "newton / meter",

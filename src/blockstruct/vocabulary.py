@@ -77,6 +77,15 @@ class Status(StrEnum):
     UNBOUNDED = "unbounded"
     NOT_CONVERGED = "not_converged"
     INTERRUPTED = "interrupted"
+    #: Of the response to a record.
+    STANDS = "stands"
+    COLLAPSES = "collapses"
+    UNDECIDED = "undecided"
+
+    @property
+    def is_answer(self) -> bool:
+        """Whether the case has an answer: a load factor, or the end of a response to a record."""
+        return self in (Status.CONVERGED, Status.STANDS, Status.COLLAPSES)
 
     @property
     def words(self) -> str:
@@ -85,12 +94,13 @@ class Status(StrEnum):
 
     @property
     def predicate(self) -> str:
-        """The status as a predicate; all but one are adjectives.
+        """The status as a predicate.
 
         >>> Status.UNBOUNDED.predicate, Status.SELF_STRESS.predicate
         ('is unbounded', 'depends on self stress')
         """
-        return self.words if self is Status.SELF_STRESS else f"is {self.words}"
+        as_verb = (Status.SELF_STRESS, Status.STANDS, Status.COLLAPSES)
+        return self.words if self in as_verb else f"is {self.words}"
 
 
 class Procedure(StrEnum):
@@ -127,6 +137,14 @@ class Reason(StrEnum):
     NO_CERTIFICATE = "no_certificate"
     #: The certified state has a negative load factor.
     NEGATIVE_LOAD_FACTOR = "negative_load_factor"
+    #: After the record, the structure is at rest.
+    AT_REST = "at_rest"
+    #: A block has fallen during the record, or after it.
+    BLOCKS_FALLEN = "blocks_fallen"
+    #: Blocks still move at the end of the longest response.
+    STILL_MOVING = "still_moving"
+    #: A step of the response was not solved.
+    STEP_NOT_SOLVED = "step_not_solved"
     #: The user stopped the run.
     INTERRUPTED = "interrupted"
     #: The process ended before the case did.

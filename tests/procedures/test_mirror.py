@@ -43,15 +43,12 @@ WEAK = bs.JointMaterial("weak", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 
 )
 def test_same_load_factor_certified_for_the_whole(name, joint, settings, request, monkeypatch):
     model = model_of(request.getfixturevalue(name), joint)
-    settings = {"path_growth": 1.5, **settings}
-    results = [solve(model, push(1, 0, 0), flow, **settings) for flow in ("associative", "nonassociative")]
+    result = solve(model, push(1, 0, 0), "associative", **settings)
     without_reduction(monkeypatch)
-    for result, tolerance in zip(results, (1e-7, 1e-3), strict=True):
-        whole = solve(model, push(1, 0, 0), result.case.flow, **settings)
-        assert result.load_factor == pytest.approx(whole.load_factor, rel=tolerance)
-        assert result.settled == whole.settled
-        assert result.certificate.holds
-        assert result.history.sizes["contact_point"] == whole.history.sizes["contact_point"]
+    whole = solve(model, push(1, 0, 0), "associative", **settings)
+    assert result.load_factor == pytest.approx(whole.load_factor, rel=1e-7)
+    assert result.certificate.holds
+    assert result.history.sizes["contact_point"] == whole.history.sizes["contact_point"]
 
 
 def test_half_of_the_unknowns_and_the_same_work(wall, dome):

@@ -49,8 +49,8 @@ def posed(
 ) -> Posed:
     """Return the model and the limit case of a problem.
 
-    Units are those of COMPAS DEM: m, N, kg/m³ and Pa. Blocks weigh their density times the ``g`` of the boundary
-    conditions. Contacts are those of the model; a model without contacts has them detected.
+    COMPAS DEM has the units m, N, kg/m³ and Pa. Blocks weigh their density times the ``g`` of the boundary
+    conditions. Contacts come from the model. If it has none, they are detected.
 
     Parameters
     ----------

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
 from blockstruct.limit import LimitProblem
-from blockstruct.model import Case, Model, Pushover, check_unrepeated
-from blockstruct.motion import check_pushover
+from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated
+from blockstruct.motion import check_pushover, check_record
 from blockstruct.statics import MovingStructure, Statics
 from blockstruct.storage import patterns
 
@@ -31,13 +31,16 @@ def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProbl
     """
     names = [case.name for case in cases]
     if not names:
-        msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
+        msg = "AnalysisManager.run: no case; give at least one LimitCase, SettlementCase or RecordCase"
         raise ModelError(msg)
     check_unrepeated(names, "AnalysisManager.run: case")
     patterns(cases)
-    for case in (c for c in cases if isinstance(c, Pushover)):
-        check_pushover(statics.model, case)
-        _check_rounding(statics, case)
+    for case in cases:
+        if isinstance(case, Pushover):
+            check_pushover(statics.model, case)
+            _check_rounding(statics, case)
+        if isinstance(case, RecordCase):
+            check_record(statics.model, case)
     problems = [LimitProblem.of(statics, case) for case in cases]
     _look_at_dead_loads(cases, problems)
     return problems

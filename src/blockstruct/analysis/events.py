@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.model import Case, Pushover, SettlementCase
+from blockstruct.limit import Iteration, LimitProblem, RecordState
+from blockstruct.model import Case, Pushover, RecordCase, SettlementCase
 from blockstruct.motion import MotionState
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
@@ -53,13 +53,25 @@ class StepDone:
 
 
 @dataclass(frozen=True, slots=True)
+class StateDone:
+    """The response to a record has a new state; ``index`` counts from zero, the state at rest."""
+
+    case: RecordCase
+    index: int
+    state: RecordState
+
+
+@dataclass(frozen=True, slots=True)
 class CaseFinished:
     """A case has ended, with any status."""
 
     result: CaseResult
 
 
-Event = CaseStarted | IterationDone | StepDone | CaseFinished
+#: States of a record for a printed line.
+_EVERY = 40
+
+Event = CaseStarted | IterationDone | StepDone | StateDone | CaseFinished
 Listener = Callable[[Event], None]
 
 
@@ -74,17 +86,20 @@ def log_to(logger: logging.Logger) -> Listener:
 
     def listen(event: Event) -> None:
         logger.log(
-            logging.DEBUG if isinstance(event, IterationDone | StepDone) else logging.INFO, "%s", describe(event)
+            logging.DEBUG if isinstance(event, IterationDone | StepDone | StateDone) else logging.INFO,
+            "%s",
+            describe(event),
         )
 
     return listen
 
 
 def print_lines(stream: TextIO | None = None) -> Listener:
-    """Return a listener that prints a line per event, by default to stderr."""
+    """Return a listener that prints a line per event, by default to stderr; of a record, every 40th state."""
 
     def listen(event: Event) -> None:
-        print(describe(event), file=stream or sys.stderr, flush=True)
+        if not isinstance(event, StateDone) or event.index % _EVERY == 0:
+            print(describe(event), file=stream or sys.stderr, flush=True)
 
     return listen
 
@@ -95,7 +110,8 @@ def describe(event: Event) -> str:
         case CaseStarted(case, blocks, points):
             place = f" (case {event.number} of {event.count})" if event.count > 1 else ""
             size = f"{counted(blocks, 'block')}, {counted(points, 'contact point')}"
-            return f"{case.name}{place}: {size}, {case.flow} flow"
+            how = case.question if isinstance(case, RecordCase) else f"{case.flow} flow"
+            return f"{case.name}{place}: {size}, {how}"
         case IterationDone(case, index, i):
             return (
                 f"{case.name}: {index:3d} {in_words(i.stage):<16} {answer_of(case, i, 6)}, "
@@ -106,6 +122,9 @@ def describe(event: Event) -> str:
                 f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, load factor {step.load_factor:.6f}, "
                 f"energy error {step.energy_error:.1e}, in {step.solver_time:.2f} s"
             )
+        case StateDone(case, _, state):
+            largest = 1e3 * float(state.peak_displacement.max())
+            return f"{case.name}: {state.time:8.3f} s, {state.steps} steps, largest displacement {largest:.4g} mm"
         case CaseFinished(result):
             return str(result)
 

@@ -19,10 +19,11 @@ from blockstruct.analysis.provenance import now, solver_options, versions, warn_
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.remedies import with_effects
 from blockstruct.analysis.replay import ReplaySolver, kept_state
+from blockstruct.analysis.responding import responded
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
-from blockstruct.model import Case, Model, Pushover, checked_text, checked_tuple
-from blockstruct.procedures import solve_limit_case
+from blockstruct.model import Case, Model, Pushover, RecordCase, checked_text, checked_tuple
+from blockstruct.procedures import solve_dead_load, solve_limit_case
 from blockstruct.results import (
     Analysis,
     CaseResult,
@@ -282,7 +283,12 @@ class AnalysisManager:
         own = problem.at_unit_load
         solver = ReplaySolver(statics, own, before.history, solver_of(settings))
         made_by = before.versions if before.n_iterations else ()
-        steps = solver.follow(solve_limit_case(own, case.flow, settings, solver))
+        solved = (
+            solve_dead_load(own, settings, solver)
+            if isinstance(case, RecordCase)
+            else solve_limit_case(own, case.flow, settings, solver)
+        )
+        steps = solver.follow(solved)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
         started_at = before.started_at if before.n_iterations else now()
@@ -308,6 +314,8 @@ class AnalysisManager:
             duration=before.duration + perf_counter() - start,
             versions=made_by if made_by[-1:] == (versions(),) else (*made_by, versions()),
         )
+        if isinstance(case, RecordCase):
+            return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
         if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.

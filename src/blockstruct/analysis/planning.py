@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.limit import LimitProblem, Outcome, ProcedureSettings, scheduled
-from blockstruct.model import Case, Model
+from blockstruct.model import Case, Model, RecordCase
 from blockstruct.results import CaseResult, history_of, run_name
 from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Flow, Reason, Status
@@ -36,7 +36,7 @@ def runs_of(cases: Sequence[Case], settings: ProcedureSettings, schedules: Seque
     runs = []
     for case in cases:
         runs.append(Run(case, settings))
-        if not schedules or case.flow is Flow.ASSOCIATIVE:
+        if not schedules or case.flow is Flow.ASSOCIATIVE or isinstance(case, RecordCase):
             continue
         for name in schedules:
             other = scheduled(settings, name)

@@ -3,6 +3,7 @@
 import shutil
 import sys
 from collections.abc import Callable, Sequence
+from time import perf_counter
 from typing import Any, Literal
 
 from blockstruct.analysis.events import (
@@ -11,6 +12,7 @@ from blockstruct.analysis.events import (
     Event,
     IterationDone,
     Listener,
+    StateDone,
     StepDone,
     answer_of,
     print_lines,
@@ -49,12 +51,13 @@ def with_progress(listeners: Sequence[Listener], progress: Progress) -> tuple[Li
 
 def follow(write: Callable[[str, bool], None]) -> Listener:
     """Return a listener that writes progress, and whether a case ended."""
-    place = ""
+    place, begin = "", 0.0
 
     def listen(event: Event) -> None:
-        nonlocal place
+        nonlocal place, begin
         match event:
             case CaseStarted(case, blocks):
+                begin = perf_counter()
                 place = f"case {event.number} of {event.count}, {case.name}:"
                 write(f"{place} {counted(blocks, 'block')}, {case.flow} flow", False)
             case IterationDone(case, index, iteration):
@@ -63,6 +66,11 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
             case StepDone(_, index, step):
                 at = f"displacement {step.displacement:.4g} m, load factor {step.load_factor:.4f}"
                 write(f"{place} state {index}, {at}", False)
+            case StateDone(case, _, state):
+                share = (state.time - float(case.times[0])) / case.duration
+                left = (perf_counter() - begin) * (1 - share) / share if 0 < share < 1 else 0.0
+                rest = f"about {left:.0f} s left" if left else "until the structure is at rest"
+                write(f"{place} {state.time:.2f} s of {case.duration:.4g} s, {rest}", False)
             case CaseFinished(result):
                 count = counted(result.n_iterations, "numerical iteration")
                 write(f"{place} {result.status.words} after {count}", True)

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, StepDone
+from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, StateDone, StepDone
 from blockstruct.analysis.provenance import versions
 from blockstruct.limit import Iteration
-from blockstruct.results import history_of, iteration_variables, step_arrays
+from blockstruct.results import history_of, iteration_variables, response_arrays, step_arrays
 from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
 
 class Recorder:
-    """Listener that commits every iteration, step of a pushover and case.
+    """Listener that commits every iteration, step of a pushover, state of a response and case.
 
     Parameters
     ----------
@@ -37,5 +37,7 @@ class Recorder:
                 self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
             case StepDone(case, index, step):
                 self._working.commit_step(case.name, index, step_arrays([step]))
+            case StateDone(case, index, state):
+                self._working.commit_step(case.name, index, response_arrays([state]))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)

@@ -10,7 +10,7 @@ from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.analysis.progress import Progress
 from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings
-from blockstruct.model import Case, LimitCase, Model, SettlementCase
+from blockstruct.model import Case, Model
 from blockstruct.results import Analysis, Comparison, compare
 
 
@@ -39,7 +39,7 @@ def run(
     ModelError, StorageError, SolverError, GeometryError
         As :class:`AnalysisManager` and its method ``run``.
     """
-    listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
+    listed = [cases] if isinstance(cases, Case) else cases
     manager = AnalysisManager(
         model, store, settings=settings, parameters=parameters, listeners=listeners, progress=progress
     )

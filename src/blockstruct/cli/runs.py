@@ -109,7 +109,7 @@ def migrate(file: FileArgument) -> None:
 
 def _run(
     model: bs.Model,
-    cases: Sequence[bs.LimitCase | bs.SettlementCase],
+    cases: Sequence[bs.LimitCase | bs.SettlementCase | bs.RecordCase],
     settings: bs.ProcedureSettings,
     output: Path,
     quiet: bool,
@@ -150,5 +150,5 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, writt
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if interrupted:
         raise typer.Exit(INTERRUPTED)
-    if any(r.missing_curve or r.status is not bs.Status.CONVERGED for r in analysis.values()):
+    if any(r.missing_curve or not r.status.is_answer for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)

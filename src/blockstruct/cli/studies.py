@@ -69,7 +69,7 @@ def study(
     say(f"kept: {output}; next: blockstruct archive {output}")
     if as_json:
         typer.echo(json.dumps({"attrs": data.attrs, "units": rows.attrs["units"], "rows": _plain(rows)}, indent=2))
-    if ((rows["status"] != bs.Status.CONVERGED) | (rows["missing_curve"] != "")).any():
+    if (~rows["status"].isin([s for s in bs.Status if s.is_answer]) | (rows["missing_curve"] != "")).any():
         raise typer.Exit(NO_LOAD_FACTOR)
 
 

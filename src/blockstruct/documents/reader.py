@@ -29,6 +29,7 @@ from blockstruct.model import (
     Material,
     Model,
     Pushover,
+    RecordCase,
     SettlementCase,
     check_unrepeated,
     direction_cases,
@@ -51,7 +52,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase, Pushover or SettlementCase
+    cases : tuple of LimitCase, Pushover, SettlementCase or RecordCase
     settings : dict
         Settings of the procedure, arguments of :class:`blockstruct.ProcedureSettings`.
     report : DetectionReport
@@ -200,7 +201,7 @@ def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, Joi
 
 def _points(values: Any, unit: str, who: str) -> Any:
     """Return points as one quantity; their unit is stated once."""
-    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit of the vertices")
+    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit")
 
 
 def _block(entry: dict[str, Any], material: Material) -> Block:
@@ -229,7 +230,12 @@ def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 
-_CASE_KINDS: dict[str, type[Case]] = {"limit": LimitCase, "pushover": Pushover, "settlement": SettlementCase}
+_CASE_KINDS: dict[str, type[Case]] = {
+    "limit": LimitCase,
+    "pushover": Pushover,
+    "settlement": SettlementCase,
+    "record": RecordCase,
+}
 
 
 def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[Case]:
@@ -241,6 +247,10 @@ def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[
     if kind is Pushover:
         control = arguments["control"]
         arguments |= {"control": _place(control, control["direction"]), "control_point": control.get("point")}
+    if kind is RecordCase:
+        who = f"case {entry['name']!r}"
+        lists = {key: arguments[key] for key in ("acceleration", "time") if isinstance(arguments[key], dict)}
+        arguments |= {key: _points(v["values"], v["unit"], f"{who}: {key}") for key, v in lists.items()}
     return direction_cases(**arguments) if "directions" in arguments else [kind(**arguments)]
 
 

@@ -29,6 +29,7 @@ from blockstruct.model import (
     Material,
     Model,
     Pushover,
+    RecordCase,
     check_unrepeated,
     given_quantities,
     kind_of,
@@ -235,6 +236,19 @@ def _case(case: Case) -> dict[str, Any]:
             "dead": case.dead.name,
             "variable": case.variable.name,
             "flow": str(case.flow),
+        }
+    if isinstance(case, RecordCase):
+        time = case.time
+        along = {} if case.direction is None else {"direction": list(case.direction)}
+        times = {n: si_text(v, "time") for n in ("interval", "time_step") if (v := getattr(case, n)) is not None}
+        return {
+            "kind": "record",
+            "name": case.name,
+            "dead": case.dead.name,
+            "acceleration": {"unit": "m/s^2", "values": np.array(case.acceleration).tolist()},
+            "time": si_text(time, "time") if isinstance(time, float) else {"unit": "s", "values": list(time)},
+            **along,
+            **times,
         }
     about = {} if case.about is None else {"about": [si_text(v, "length") for v in case.about]}
     return {

@@ -15,6 +15,7 @@ from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
+from blockstruct.limit.response import Fall, RecordState
 from blockstruct.limit.settings import (
     SCHEDULES,
     FictitiousSchedule,
@@ -36,6 +37,8 @@ __all__ = [
     "Ties",
     "UniformTorsion",
     "ProcedureSettings",
+    "Fall",
+    "RecordState",
     "FictitiousSchedule",
     "Numerics",
     "SCHEDULES",

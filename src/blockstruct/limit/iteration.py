@@ -153,6 +153,8 @@ class Outcome:
     without_crushing : float
         Load factor of the same case without crushing; NaN as a rule. It is set if crushing raised the load factor by
         more than the accuracy of the procedure. ``load_factor`` is then this value.
+    collapse_time : float
+        Time of a record at which a block has fallen, s; NaN if none has.
     uniform_torsion, biaxial_crushing : float
         Load factor of the same case with the torsion of uniform pressure, and with crushing about both axes; NaN if it
         was not found, because no note needs it.
@@ -172,6 +174,7 @@ class Outcome:
     programs: int = 0
     load_ratio: float = np.nan
     without_crushing: float = np.nan
+    collapse_time: float = np.nan
     uniform_torsion: float = np.nan
     biaxial_crushing: float = np.nan
     hung: tuple[int, ...] = ()

@@ -11,7 +11,7 @@ from blockstruct.errors import ModelError
 from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.limit.torsion import UniformTorsion
-from blockstruct.model import Case, SettlementCase
+from blockstruct.model import Case, RecordCase, SettlementCase
 from blockstruct.statics import ContactPoints, Statics, magnitude, wrenches
 from blockstruct.vocabulary import Flow
 
@@ -106,7 +106,8 @@ class LimitProblem:
         UnknownNameError
             If a load acts on a block, or a settlement moves a support, that the model does not have.
         """
-        settles = isinstance(case, SettlementCase)
+        # A settlement has no variable load, and neither has the state in which a record finds the structure.
+        settles = isinstance(case, SettlementCase | RecordCase)
         scale = np.repeat([1.0, statics.length], 3)
         dead = wrenches(statics.model, case.dead, case.dead)[statics.free] / scale
         driving = dead if settles else wrenches(statics.model, case.patterns[-1], case.dead)[statics.free] / scale
@@ -114,7 +115,8 @@ class LimitProblem:
         governing = np.linalg.norm(dead if dead.any() else driving, axis=1)
         dead, driving = (np.where(statics.held, 0.0, w) for w in (dead, driving))
         if not driving.any():
-            kind, load = ("settlement", "dead") if settles else ("limit", "variable")
+            load = "dead" if settles else "variable"
+            kind = "record" if isinstance(case, RecordCase) else "settlement" if settles else "limit"
             msg = (
                 f"{kind} case {case.name!r}: the {load} load {case.patterns[-1].name!r} is zero on every free block; "
                 "give it loads that act and do not cancel, and blocks of weight above zero if it is mass-proportional"
@@ -198,7 +200,7 @@ class LimitProblem:
         The procedure thus does not depend on the unit of the load. A settlement is unchanged: its reaction already
         has a unit.
         """
-        if self.settlement is not None:
+        if self.settlement is not None or not self.w_L.any():
             return self
         size = _magnitudes(self.w_L) * self.wrench_unit
         unit = float(size.sum() / self.wrench_unit[size > 0].sum())

@@ -37,6 +37,7 @@ from blockstruct.model.loads import (
 from blockstruct.model.material import STANDARD_GRAVITY, Material
 from blockstruct.model.model import Model
 from blockstruct.model.pushover import Point, Pushover
+from blockstruct.model.record_case import RecordCase
 from blockstruct.model.settlement_case import SettlementCase
 from blockstruct.model.tie_kinds import (
     TIE_KINDS,
@@ -99,6 +100,7 @@ __all__ = [
     "LimitCase",
     "Point",
     "Pushover",
+    "RecordCase",
     "SettlementCase",
     # input
     "check_unrepeated",

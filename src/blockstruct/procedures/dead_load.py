@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome, given_up
+from blockstruct.limit.iteration import Iteration, Outcome, Steps, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, ProgramData, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -57,6 +57,18 @@ def dead_load_program(
         # A share below the solver's tolerance is zero.
         return Outcome(Status.UNSTABLE, np.nan, Reason.DEAD_LOAD_NOT_CARRIED, carried=round(max(share, 0.0), 6))
     return given_up(problem, Reason.DEAD_LOAD_UNDECIDED)
+
+
+def solve_dead_load(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """Test whether a structure stands under its dead load, as :func:`dead_load_program`.
+
+    Returns
+    -------
+    Outcome
+        Value of the generator; its status is ``stands`` if the structure does.
+    """
+    found = yield from dead_load_program(problem, settings, solver)
+    return found if isinstance(found, Outcome) else Outcome(Status.STANDS, np.nan, Reason.AT_REST)
 
 
 def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:

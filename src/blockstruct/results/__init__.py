@@ -34,6 +34,14 @@ from blockstruct.results.pushed_ties import (
     pushed_tie_state,
 )
 from blockstruct.results.reactions import support_reactions
+from blockstruct.results.response import (
+    arrays_of_response,
+    beginning_of,
+    fallen_blocks,
+    response_arrays,
+    response_of,
+    response_words,
+)
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
@@ -77,6 +85,12 @@ __all__ = [
     "capacity_frame",
     "capacity_of",
     "pushed_tie_state",
+    "arrays_of_response",
+    "beginning_of",
+    "fallen_blocks",
+    "response_arrays",
+    "response_of",
+    "response_words",
     "step_arrays",
     "steps_of",
     # loads

@@ -280,7 +280,7 @@ def steps_of(capacity: xr.Dataset) -> list[MotionState]:
 
 
 def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:
-    """Return rotation matrices (step, block, 3, 3) of a capacity curve."""
-    vectors = capacity["rotation"].transpose("step", "block", "axis").to_numpy()
+    """Return rotation matrices (step, block, 3, 3) of a capacity curve, or (time, block, 3, 3) of a response."""
+    vectors = capacity["rotation"].transpose(..., "block", "axis").to_numpy()
     flat = vectors.reshape(-1, 3)
     return Placement.at(np.zeros_like(flat), flat).rotation.reshape(*vectors.shape, 3)

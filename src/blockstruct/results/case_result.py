@@ -24,6 +24,7 @@ from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.pushed_ties import broken_ties
 from blockstruct.results.reactions import support_reactions
+from blockstruct.results.response import response_words
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
@@ -64,7 +65,7 @@ class CaseResult:
     Attributes
     ----------
     model : Model
-    case : LimitCase or SettlementCase
+    case : LimitCase, SettlementCase or RecordCase
     settings : ProcedureSettings
     outcome : Outcome
         How the case ended: status, load factor, procedure, whether it settled, its peak and its range.
@@ -90,6 +91,9 @@ class CaseResult:
     capacity : xarray.Dataset or None
         States of a :class:`~blockstruct.Pushover` beyond the collapse state, which is the last state of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
+    response : xarray.Dataset or None
+        Motion of the blocks of a :class:`~blockstruct.RecordCase`: :func:`blockstruct.results.response_of`. None for
+        any other case, and if the structure does not stand under its dead load.
     versions : tuple of mapping
         Version of every package, as in :attr:`Analysis.versions`. A resumed run has one entry per part, in order; empty
         without numbers.
@@ -109,6 +113,7 @@ class CaseResult:
     damage: str = ""
     curve_outcome: CurveOutcome | None = None
     capacity: xr.Dataset | None = field(default=None, repr=False)
+    response: xr.Dataset | None = field(default=None, repr=False)
     versions: tuple[Mapping[str, str], ...] = field(default=(), repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
@@ -149,6 +154,16 @@ class CaseResult:
         :attr:`reaction` instead.
         """
         return self.outcome.load_factor
+
+    @property
+    def collapse_time(self) -> float:
+        """Time of a record at which a block has fallen, s; NaN if the structure stands, and for any other case."""
+        return self.outcome.collapse_time
+
+    @property
+    def peak_displacement(self) -> float:
+        """Largest displacement of a block relative to the ground under a record, m; NaN for any other case."""
+        return np.nan if self.response is None else float(self.response["peak_displacement"].isel(time=-1).max())
 
     @property
     def settled(self) -> bool:
@@ -489,11 +504,12 @@ class CaseResult:
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         motion = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
-        return "\n".join(filter(None, (str(self), *notes, motion)))
+        moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
+        return "\n".join(filter(None, (str(self), moved, *notes, motion)))
 
     def __repr__(self) -> str:
-        answer = f"{self.answer.name} {self.answer.text(self.load_factor, 4)}"
-        return f"<CaseResult {self.name!r}: {self.ended}, {answer}>"
+        answer = f", {self.answer.name} {self.answer.text(self.load_factor, 4)}" * (self.response is None)
+        return f"<CaseResult {self.name!r}: {self.ended}{answer}>"
 
     def _repr_html_(self) -> str:
         rows = [

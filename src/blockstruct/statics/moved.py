@@ -191,10 +191,14 @@ class MovingStructure:
     def contacts(self, placement: Placement, reach: float) -> MovedContacts:
         """Return the contacts at a placement with gaps up to ``reach``, m."""
         statics = self.statics
-        found = self._bodies.touching(placement.position, placement.rotation, reach, statics.length)
-        points = self._points(found, placement.rotation)
+        points, gap = self.points(placement, reach)
         A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
-        return MovedContacts(points, found.gap, A)
+        return MovedContacts(points, gap, A)
+
+    def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array]:
+        """Return the contact points at a placement with gaps up to ``reach``, m, and their gaps (K,), m."""
+        found = self._bodies.touching(placement.position, placement.rotation, reach, self.statics.length)
+        return self._points(found, placement.rotation), found.gap
 
     def ties(self, placement: Placement) -> TieTable:
         """Return the ties between the moved anchors at a placement."""

@@ -35,7 +35,8 @@ Row = dict[str, Any]
 
 #: Reactions of settlements, by their unit.
 REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
-_NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
+_OF_RECORDS = ("peak_displacement", "collapse_time")
+_NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES, *_OF_RECORDS)
 _TEXTS = ("status", "flow", "dead", "variable", "reason", "procedure", "started_at")
 _FIRST = (
     "path",
@@ -69,6 +70,8 @@ _UNITS = {
     "duration": "second",
     "d0": "meter",
     "curve_end": "meter",
+    "peak_displacement": "meter",
+    "collapse_time": "second",
     **{name: unit for unit, name in REACTIONS.items()},
     **{f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()},
 }

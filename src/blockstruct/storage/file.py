@@ -45,6 +45,7 @@ from blockstruct.storage.layout import (
     read_model,
     read_patterns,
     read_result,
+    response_findings,
 )
 from blockstruct.storage.netcdf import (
     Image,
@@ -287,7 +288,10 @@ class AnalysisFile:
             self.attrs = _checked_root(file, path)
             self.major = major(self.attrs["format_version"])
             self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
-            self.curves = {place: f"{place}/capacity" for place in self.cases.values() if _has_curve(file, place)}
+            self.curves, self.responses = (
+                {place: f"{place}/{part}" for place in self.cases.values() if _has(file, place, part)}
+                for part in ("capacity", "response")
+            )
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[h5py.File]:
@@ -407,10 +411,10 @@ def parameters_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return {name: restored_value(value, f"parameter {name!r}") for name, value in stored.items()}
 
 
-def _has_curve(file: h5py.File, case: str) -> bool:
-    """Return whether the group of a case has a member ``capacity``."""
+def _has(file: h5py.File, case: str, part: str) -> bool:
+    """Return whether the group of a case has a part, ``capacity`` or ``response``."""
     try:
-        return "capacity" in member(file, case)
+        return part in member(file, case)
     except (FormatError, TypeError):
         return False
 
@@ -523,12 +527,13 @@ def check_file(path: str | Path) -> dict[str, Any]:
     model, wrong = file.group("/model", "model")
     found += wrong if model is None else index_findings("/model", model)
     for place in file.cases.values():
-        has_curve = place in file.curves
+        has_curve, has_response = place in file.curves, place in file.responses
         case, wrong = file.group(place, "case")
         history, wrong_too = file.group(f"{place}/history", "history")
         found += [*wrong, *wrong_too]
         if case is not None and history is not None:
-            found += case_findings(place, case, history["load_factor"].to_numpy(), has_curve=has_curve)
+            load_factors = history["load_factor"].to_numpy()
+            found += case_findings(place, case, load_factors, has_curve=has_curve, has_response=has_response)
             found += bound_findings(place, case, history)
         if history is not None and model is not None:
             found += history_findings(f"{place}/history", history, model)
@@ -537,6 +542,11 @@ def check_file(path: str | Path) -> dict[str, Any]:
             found += wrong
             if curve is not None and model is not None:
                 found += capacity_findings(file.curves[place], curve, model)
+        if has_response:
+            response, wrong = file.group(file.responses[place], "response")
+            found += wrong
+            if response is not None and model is not None:
+                found += response_findings(file.responses[place], response, model)
     if model is not None and not found:
         found += model_findings("/model", model, read_analysis(file).model)
     if found:
@@ -549,7 +559,7 @@ def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     found = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
     places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
-    places |= dict.fromkeys(file.curves.values(), "capacity")
+    places |= dict.fromkeys(file.curves.values(), "capacity") | dict.fromkeys(file.responses.values(), "response")
     is_old = file.major < major(FORMAT_VERSION)
     if is_old:
         places |= {f"{place}/history": "history" for place in file.cases.values()}
@@ -583,10 +593,13 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     for place in file.cases.values():
         if (curve := groups.get(f"{place}/capacity")) is not None:
             found += capacity_findings(f"{place}/capacity", curve, held)
+        if (response := groups.get(f"{place}/response")) is not None:
+            found += response_findings(f"{place}/response", response, held)
         if blank is None or int(groups[place]["n_iterations"]):
             history = groups.get(f"{place}/history")
             load_factors = file.load_factors(place) if history is None else history["load_factor"].to_numpy()
-            found += case_findings(place, groups[place], load_factors, has_curve=place in file.curves)
+            parts = {"has_curve": place in file.curves, "has_response": place in file.responses}
+            found += case_findings(place, groups[place], load_factors, **parts)
     if found:
         raise violated(file.path, found)
     with _damage_at(file, "/model"):
@@ -627,7 +640,8 @@ def _result(
 
     def result(history: xr.Dataset | LazyHistory) -> CaseResult:
         versions = json.loads(file.attrs["versions"])
-        return read_result(groups[place], history, model, patterns, versions, groups.get(f"{place}/capacity"))
+        parts = (groups.get(f"{place}/{part}") for part in ("capacity", "response"))
+        return read_result(groups[place], history, model, patterns, versions, *parts)
 
     if f"{place}/history" in groups:
         return result(groups[f"{place}/history"])
@@ -695,21 +709,27 @@ def sealed_image(
     found = _violations("/", root, "", ("model", "cases"))
     tree = {"/": xr.Dataset(attrs=attrs)}
     for name, result in analysis.items():
-        place, curve = f"/cases/{group_name(name)}", result.capacity
+        place, curve, response = f"/cases/{group_name(name)}", result.capacity, result.response
         case = case_dataset(result, analysis.versions)
         tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
-        found += _violations(place, case, "case", ("history",) if curve is None else ("history", "capacity"))
+        parts = {"history": True, "capacity": curve is not None, "response": response is not None}
+        found += _violations(place, case, "case", tuple(part for part, is_there in parts.items() if is_there))
         if curve is not None:
             tree[f"{place}/capacity"] = curve
             found += _violations(f"{place}/capacity", curve, "capacity")
             found += capacity_findings(f"{place}/capacity", curve, model)
+        if response is not None:
+            tree[f"{place}/response"] = response
+            found += _violations(f"{place}/response", response, "response")
+            found += response_findings(f"{place}/response", response, model)
         if result.n_iterations or not is_plan:
             tree[f"{place}/history"] = history = result.history
             if wrong := _violations(f"{place}/history", history, "history"):
                 found += wrong
                 continue
             found += history_findings(f"{place}/history", history, model)
-            found += case_findings(place, case, history["load_factor"].to_numpy(), has_curve=curve is not None)
+            held = {"has_curve": parts["capacity"], "has_response": parts["response"]}
+            found += case_findings(place, case, history["load_factor"].to_numpy(), **held)
     if found:
         raise violated(path, found)
     content = netcdf_image(tree, image).content

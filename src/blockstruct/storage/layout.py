@@ -32,6 +32,7 @@ from blockstruct.model import (
     Model,
     Point,
     Pushover,
+    RecordCase,
     SettlementCase,
     given_quantities,
     kind_of,
@@ -72,11 +73,21 @@ _TOLERANCES = {
 _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
 #: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
-#: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
-_FACTS = ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing")
+#: Numbers of an outcome that are stored if finite, with their dimension.
+_FACTS = {
+    **dict.fromkeys(
+        ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing"), "dimensionless"
+    ),
+    "collapse_time": "time",
+}
+#: Texts of a result that are stored if not empty.
 _TEXTS = ("schedule", "of_case", "damage")
-#: Members of the attribute of a settlement.
-_MOTION = ("supports", "direction", "about")
+#: Attribute of a case by its kind, and the members of the attribute.
+_OF_KIND: dict[type[Case], tuple[str, tuple[str, ...]]] = {
+    Pushover: ("pushover", ("control", "control_point", "steps", "corner_rounding")),
+    SettlementCase: ("settlement", ("supports", "direction", "about")),
+    RecordCase: ("record", ("direction", "interval", "time_step")),
+}
 #: Relative rounding of reactions and of sizes of the model.
 _SAME = 1e-9
 #: Rounding of a length, relative to its coordinates.
@@ -101,6 +112,7 @@ _INDICES = {
     "block_of_tie": ("block", -1),
     "tie_of_model": ("tie", 0),
     "step_of_contact": ("step", 0),
+    "state_of_contact": ("time", 0),
     "minus_of_contact": ("block", 0),
     "plus_of_contact": ("block", 0),
     "interface_of_contact": ("interface", -1),
@@ -118,6 +130,7 @@ _ASCENDING = (
     "interface_of_interface_corner",
     "tie_of_model",
     "step_of_contact",
+    "state_of_contact",
 )
 #: Labels of dimensions, and their values.
 _LABELS = {"axis": AXES, "component": COMPONENTS}
@@ -419,9 +432,8 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     outcome = result.outcome
     if outcome.drift is not None:
         variables |= {f"drift_{end}": _si((), v) for end, v in zip(("low", "high"), outcome.drift, strict=True)}
-    variables |= {name: _si((), v) for name in _FACTS if math.isfinite(v := getattr(outcome, name))}
-    if outcome.programs:
-        variables["programs"] = _si((), outcome.programs)
+    variables |= {name: _si((), v, unit) for name, unit in _FACTS.items() if math.isfinite(v := getattr(outcome, name))}
+    variables |= {"programs": _si((), outcome.programs)} if outcome.programs else {}
     if result.n_iterations:
         variables["associative_load_factor"] = _si((), result.associative_load_factor)
     if result.certificate is not None:
@@ -440,22 +452,31 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
-    if outcome.path_end:
-        attrs["path_end"] = outcome.path_end.value
+    attrs |= {"path_end": outcome.path_end.value} if outcome.path_end else {}
     attrs |= {name: json.dumps(v) for name in ("hung", "jammed") if (v := getattr(result, name))}
     attrs |= {name: text for name in _TEXTS if (text := getattr(result, name))}
-    if result.curve_outcome is not None:
-        attrs["curve_ended"] = result.curve_outcome.text
+    attrs |= {"curve_ended": result.curve_outcome.text} if result.curve_outcome else {}
     made_by = [dict(each) for each in result.versions]
     if result.n_iterations and made_by not in ([], [dict(versions)]):
         attrs["versions"] = json.dumps(made_by, sort_keys=True)
-    if isinstance(result.case, Pushover):
-        attrs["pushover"] = json.dumps(
-            {name: getattr(result.case, name) for name in ("control", "control_point", "steps", "corner_rounding")}
-        )
-    if isinstance(result.case, SettlementCase):
-        attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
+    for kind, (attribute, members) in _OF_KIND.items():
+        if isinstance(result.case, kind):
+            attrs[attribute] = json.dumps({name: getattr(result.case, name) for name in members})
+    if isinstance(result.case, RecordCase):
+        variables |= _record(result.case, result.peak_displacement)
     return xr.Dataset(variables, attrs=attrs)
+
+
+def _record(case: RecordCase, peak: float) -> dict[str, Any]:
+    """Return the samples of a record, along its direction or the axes, their times, and the peak of the response."""
+    dims = "sample" if case.direction is not None else ("sample", "axis")
+    name = "record_acceleration" if case.direction is not None else "record_accelerations"
+    time = () if isinstance(case.time, float) else "sample"
+    return {
+        name: _si(dims, np.array(case.acceleration), "acceleration"),
+        "record_interval" if time == () else "record_time": _si(time, np.array(case.time), "time"),
+        **({"peak_displacement": _si((), peak, "length")} if math.isfinite(peak) else {}),
+    }
 
 
 def read_result(
@@ -465,6 +486,7 @@ def read_result(
     patterns: Mapping[str, LoadPattern],
     versions: Mapping[str, str],
     capacity: xr.Dataset | None = None,
+    response: xr.Dataset | None = None,
 ) -> CaseResult:
     """Return the result of a Dataset; a result without versions takes the versions of its file."""
     a = ds.attrs
@@ -473,7 +495,7 @@ def read_result(
         capacity, outcome = None, CurveOutcome(CurveEnd.EARLIER_VERSION)
     return CaseResult.restored(
         model=model,
-        case=_case(ds.attrs, patterns),
+        case=_case(ds, patterns),
         settings=json.loads(a["settings"]),
         outcome=_outcome(ds, model),
         certificate={name: ds[name].item() for name in CERTIFICATE_MEASURES if name in ds},
@@ -483,6 +505,7 @@ def read_result(
         started_at=a["started_at"],
         duration=float(ds["duration"]),
         capacity=capacity,
+        response=response,
         versions=versions_of(a, versions) if int(ds["n_iterations"]) else (),
     )
 
@@ -520,8 +543,16 @@ def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[
     return tuple(found)
 
 
-def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:
+def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
+    attrs = ds.attrs
     dead, flow = patterns[attrs["dead"]], attrs["flow"]
+    if "record" in attrs:
+        own = json.loads(attrs["record"])
+        name = "record_acceleration" if own["direction"] is not None else "record_accelerations"
+        time = ds["record_interval"].item() if "record_interval" in ds else ds["record_time"].to_numpy()
+        lengths = {n: None if own[n] is None else to_quantity(own[n], "time") for n in ("interval", "time_step")}
+        acceleration = to_quantity(ds[name].to_numpy(), "acceleration")
+        return RecordCase(attrs["name"], dead, acceleration, to_quantity(time, "time"), own["direction"], **lengths)
     if "pushover" in attrs:
         own = json.loads(attrs["pushover"])
         point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
@@ -590,8 +621,12 @@ def _detection_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Fin
             yield f"{path}/{name}", "there is a negative number"
 
 
-def case_findings(path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool) -> Iterator[Finding]:
-    """Find where a result contradicts its group, its curve or the load factors of its history."""
+def case_findings(
+    path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool, has_response: bool
+) -> Iterator[Finding]:
+    """Find where a result contradicts its group, its curve, its response or the load factors of its history."""
+    if has_response and "record" not in case.attrs:
+        yield path, "there is a response, but no attribute record: nothing tells what the ground did"
     if has_curve and "pushover" not in case.attrs:
         yield path, "there is a capacity curve, but no attribute pushover: nothing tells what was pushed how"
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
@@ -674,6 +709,16 @@ def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Ite
         yield path, "the names of ties of the capacity curve are not those of /model"
     else:
         yield from index_findings(path, capacity)
+
+
+def response_findings(path: str, response: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """Find where a response contradicts itself or the model."""
+    if np.any(np.diff(response["time"].to_numpy()) <= 0):
+        yield f"{path}/time", "the times are not in ascending order"
+    if not np.array_equal(response["block"].to_numpy(), model["block"].to_numpy()):
+        yield path, "the block names of the response are not those of /model"
+    else:
+        yield from index_findings(path, response)
 
 
 def _from_1(groups: Groups) -> Groups:

@@ -29,9 +29,9 @@ import xarray as xr
 from blockstruct.errors import BusyError, FormatError, StorageError, shown
 from blockstruct.files import open_file, read_file
 from blockstruct.limit import Outcome
-from blockstruct.model import Model
+from blockstruct.model import RecordCase
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of, confirm
+from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of, confirm, response_of
 from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,
@@ -737,20 +737,23 @@ class Checkpoint:
         self._versions[planned.name] = made_by[-1]
         pieces = records.iterations
         self._committed[planned.name], self._steps[planned.name] = len(pieces), len(records.steps)
-        n_steps = 0 if planned.capacity is None else planned.capacity.sizes["step"]
+        parts = ((planned.capacity, "step"), (planned.response, "time"))
+        n_steps = sum(0 if part is None else part.sizes[dim] for part, dim in parts)
         if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < n_steps:
             return planned.changed(damage=damage)
-        if not pieces:
+        responds = isinstance(planned.case, RecordCase)
+        if not pieces and not (responds and (records.steps or records.ending)):
             return replace(planned, history=records.blank, damage=damage)
-        history = _joined(records.blank, pieces)
-        last = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
+        history = _joined(records.blank, pieces) if pieces else records.blank
+        last = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"} if pieces else {}
         killed: dict[str, Any] = {
             "outcome": asdict(Outcome(Status.INTERRUPTED, np.nan, Reason.KILLED)),
             "damage": damage,
-            "certificate": {**last, "holds": bool(pieces[-1]["holds"][0])},
+            "certificate": {**last, "holds": bool(pieces[-1]["holds"][0])} if pieces else {},
             "started_at": planned.started_at,
             "duration": float(history["solver_time"].sum()),
         }
+        steps = {n: np.concatenate([s[n] for s in records.steps]) for n in records.steps[0]} if records.steps else {}
         settings, ending = asdict(planned.settings), dict(records.ending or killed)
         try:
             return CaseResult.restored(
@@ -758,8 +761,9 @@ class Checkpoint:
                 case=planned.case,
                 settings=settings,
                 history=history,
-                capacity=_capacity(planned.model, records.steps),
+                capacity=capacity_of(planned.model, steps) if steps and not responds else None,
                 curve_outcome=CurveOutcome.read(ending.pop("curve_ended", "")),
+                response=response_of(planned.model, steps) if responds and steps else None,
                 schedule=planned.schedule,
                 of_case=planned.of_case,
                 versions=made_by,
@@ -792,7 +796,7 @@ class _Records:
                 self.versions[len(self.iterations) + len(self.steps)] = json.loads(record.content)
             case "iteration" if self.blank is not None and is_open and not self.steps:
                 self.iterations.append(_checked(_unpacked(record.content), self.blank, len(self.iterations)))
-            case "step" if is_open and self.iterations:
+            case "step" if is_open:
                 self.steps.append(_unpacked(record.content))
             case "end" if is_open:
                 self.ending = json.loads(record.content)
@@ -819,13 +823,6 @@ def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int)
             raise ValueError(msg)
         arrays[name] = np.array([index]) if name == "iteration" else values
     return arrays
-
-
-def _capacity(model: Model, steps: list[dict[str, np.ndarray]]) -> xr.Dataset | None:
-    """Return the capacity curve of the steps of a case; None without any."""
-    if not steps:
-        return None
-    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]})
 
 
 def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:

@@ -24,6 +24,8 @@ _NUMBERS: Mapping[str, dict[str, str]] = {
     "reaction_moment": {"units": "newton * meter", "long_name": "reaction of a settlement that turns"},
     "d0": {"units": "meter", "long_name": "displacement of a pushover at which the load factor is zero"},
     "curve_end": {"units": "meter", "long_name": "displacement of the last state of a pushover"},
+    "peak_displacement": {"units": "meter", "long_name": "largest displacement of a block under a record"},
+    "collapse_time": {"units": "second", "long_name": "time of a record at which a block has fallen"},
     "duration": {"units": "second", "long_name": "wall-clock time of the case"},
 }
 _TEXTS = ("status", "flow", "reason", "procedure", "curve_ended")
@@ -33,7 +35,7 @@ _OF_RUN = ("problem", "path", "elsewhere")
 _TAKEN = {"run", "case", "missing_curve", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
 #: Numbers that only some kinds of cases have.
-_OF_SOME = (*_REACTIONS, "d0", "curve_end")
+_OF_SOME = (*_REACTIONS, "d0", "curve_end", "peak_displacement", "collapse_time")
 _COLUMNS = {"bound": "associative_load_factor"}
 
 

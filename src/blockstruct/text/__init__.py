@@ -40,6 +40,7 @@ from blockstruct.text.mechanism import (
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
+from blockstruct.text.record import response_sentences
 from blockstruct.text.supports import more_rollers, roller_sentence
 from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
 
@@ -75,6 +76,7 @@ __all__ = [
     "more_ties_hold",
     "no_curve",
     "pushed_states",
+    "response_sentences",
     "settled_schedules",
     "statics_range",
     "tie_holds",

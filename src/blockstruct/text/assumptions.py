@@ -15,8 +15,8 @@ class Scope:
 
     Attributes
     ----------
-    settles, pushes : bool
-        Whether it has settlement cases, and cases with a load factor.
+    settles, pushes, moves : bool
+        Whether it has settlement cases, cases with a load factor, and responses to records.
     is_associative, is_nonassociative : bool
         Flow rules of the cases with a load factor.
     has_curve : bool
@@ -37,6 +37,7 @@ class Scope:
     rotates: bool
     is_checked: bool
     corners: Mapping[str, float]
+    moves: bool = False
 
 
 def assumption_sentences(
@@ -56,6 +57,7 @@ def assumption_sentences(
     joints = model.joint_materials.values()
     finite = ["beyond the collapse state of a pushover"] * scope.has_curve
     finite += ["along the capacity curve of a check"] * scope.rotates
+    finite += ["in the response to a record"] * scope.moves
     crushing = [np.isfinite(j.compressive_strength) for j in joints]
     texts = [
         (
@@ -65,7 +67,7 @@ def assumption_sentences(
         (
             f"Displacements are small{', except ' * bool(finite)}{' and '.join(finite)}: equilibrium refers to the "
             f"undeformed structure. {'Imposed' if scope.settles else 'Settlements, imposed'} deformations, stiffness "
-            "and dynamic effects are not considered."
+            f"and dynamic effects are not considered{', except in the response to a record' * scope.moves}."
         ),
         (
             "Joints are rigid and perfectly plastic, with unlimited ductility. Contacts are the interfaces of the "

@@ -38,6 +38,10 @@ _REASONS = {
     Reason.PROGRAM_NOT_SOLVED: "the solver did not solve the first program",
     Reason.NO_CERTIFICATE: "no certificate in {programs}",
     Reason.NEGATIVE_LOAD_FACTOR: "the only state that was found has a negative load factor",
+    Reason.AT_REST: "at rest after the record",
+    Reason.BLOCKS_FALLEN: "a block has fallen or turned over",
+    Reason.STILL_MOVING: "blocks still move at the end",
+    Reason.STEP_NOT_SOLVED: "a step was not solved, and the response ends there",
     Reason.INTERRUPTED: "the user stopped the run",
     Reason.KILLED: "the run was killed",
     Reason.NOT_BEGUN: "no program was solved",
@@ -46,6 +50,9 @@ _WITHOUT_NUMBER = {
     Status.UNSTABLE: "does not stand under its dead load",
     Status.UNBOUNDED: "never collapses",
     Status.INTERRUPTED: "interrupted",
+    Status.STANDS: "stands",
+    Status.COLLAPSES: "collapses at {time:.4g} s",
+    Status.UNDECIDED: "undecided",
 }
 
 
@@ -138,7 +145,7 @@ def sentence(
     'collapses at load factor 0.5509 along its loading path (certified; associative bound 0.7498)'
     """
     if outcome.status is not Status.CONVERGED:
-        text = _WITHOUT_NUMBER.get(outcome.status, f"no {answer.name}")
+        text = _WITHOUT_NUMBER.get(outcome.status, f"no {answer.name}").format(time=outcome.collapse_time)
         return f"{text}: {why(outcome, answer, hung)}"
     number, bounds = answer.text(outcome.load_factor, digits), []
     if path_range is not None:

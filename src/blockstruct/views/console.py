@@ -15,7 +15,14 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
-from blockstruct.views.words import admissible_words, pushover_words, range_words, roller_words, tie_words
+from blockstruct.views.words import (
+    admissible_words,
+    pushover_words,
+    range_words,
+    response_words,
+    roller_words,
+    tie_words,
+)
 from blockstruct.vocabulary import counted, listed
 
 _COLUMNS = {
@@ -87,7 +94,7 @@ def result_text(result: bs.CaseResult) -> Text:
     left = admissible_words(result)
     if left:
         text.append(f"  {left}\n")
-    for sentence in (*roller_words(result), *tie_words(result), *pushover_words(result)):
+    for sentence in (*roller_words(result), *tie_words(result), *pushover_words(result), *response_words(result)):
         text.append(f"  {sentence}\n")
     if c is None:
         return text
@@ -179,6 +186,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "certificate": None if r.certificate is None else _measures(r.certificate),
                 "ties": _rows(r.ties),
                 "pushover": _pushover(r),
+                "record": _record(r),
             }
             for r in analysis.values()
         ],
@@ -191,6 +199,19 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
             }
             for name, spread in analysis.spreads.items()
         },
+    }
+
+
+def _record(result: bs.CaseResult) -> dict[str, Any] | None:
+    """Return the figures of the response to a record; None without one."""
+    if result.response is None:
+        return None
+    last = result.response.isel(time=-1)
+    return {
+        "collapse_time": _finite(result.collapse_time),
+        "peak_displacement": float(last["peak_displacement"].max()),
+        "time_step": float(last["time_step"]),
+        "fallen": bs.results.fallen_blocks(result.model, result.response),
     }
 
 

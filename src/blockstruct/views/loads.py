@@ -82,7 +82,7 @@ def driving(result: bs.CaseResult) -> tuple[Array, Array]:
     """
     case = result.case
     if not isinstance(case, bs.SettlementCase):
-        return applied(case.variable, result.model, case.dead)
+        return applied(case.patterns[-1], result.model, case.dead)
     points = np.array([result.model.block(name).centroid for name in case.supports])
     motion = np.array(case.direction if case.about is None else (0.0, 0.0, 0.0))
     return points, np.broadcast_to(motion, points.shape)

@@ -26,7 +26,7 @@ except ModuleNotFoundError as error:
 
 Array = NDArray[np.float64]
 
-_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties)-\d{4,}\.vtp")
+_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties|response)-\d{4,}\.vtp")
 
 #: Array block that each piece of a pushover shows in each step.
 _SHOWN = {"pushover": "blocks", "pushed-ties": "ties"}
@@ -61,7 +61,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     if target.suffix != ".pvd":
         msg = f"{target}: give a name that ends in .pvd"
         raise bs.errors.StorageError(msg)
-    if not result.n_iterations:
+    if not result.n_iterations and result.response is None:
         ended = str(result.headline)
         msg = f"case {result.name!r}: no iteration to export, {ended}; run the case again"
         raise bs.errors.ModelError(msg)
@@ -71,13 +71,19 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     still, written = _Still(model), set[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for i in range(result.n_iterations):
+        for i in range(0 if result.response is not None else result.n_iterations):
             for part, (kind, piece) in enumerate(still.pieces(result, i).items()):
                 name = f"{kind}-{i:04}.vtp"
                 piece.save(folder / name)
                 written.add(folder / name)
                 entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
                 ElementTree.SubElement(collection, "DataSet", entry)
+        for k, (time, piece) in enumerate(still.responding(result)):
+            name = f"response-{k:04}.vtp"
+            piece.save(folder / name)
+            written.add(folder / name)
+            entry = {"timestep": f"{time:.9g}", "part": "0", "name": "blocks", "file": f"{folder.name}/{name}"}
+            ElementTree.SubElement(collection, "DataSet", entry)
         for k, pieces in enumerate(still.pushed(result)):
             for part, (kind, piece) in enumerate(pieces.items()):
                 name = f"{kind}-{k:04}.vtp"
@@ -195,6 +201,22 @@ class _Still:
                 for label, of_steps in values.items():
                     piece.field_data[label] = [float(of_steps[k])]
             yield pieces
+
+    def responding(self, result: bs.CaseResult) -> Iterator[tuple[float, "pv.PolyData"]]:
+        """Return the time, s, and the displaced blocks of each state of the response to a record."""
+        response = result.response
+        if response is None:
+            return
+        of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
+        rotation = bs.results.block_rotations(response)
+        for k, time in enumerate(response["time"].to_numpy().tolist()):
+            blocks, at = self.blocks.copy(), response.isel(time=k)
+            turned = np.einsum("vij,vj->vi", rotation[k, of], arm) - arm
+            blocks.point_data["displacement [meter]"] = moved = at["displacement"].to_numpy()[of] + turned
+            blocks.points = self.solids.vertices + moved
+            blocks.field_data["time [second]"] = [time]
+            blocks.field_data["ground acceleration [meter / second ** 2]"] = at["ground_acceleration"].to_numpy()
+            yield time, blocks
 
     def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":
         history = result.history.isel(iteration=[iteration])

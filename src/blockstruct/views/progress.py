@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StepDone
+from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StateDone, StepDone
 
 #: Programs and steps of a typical non-associative case: 7 to 11 on walls of 8 to 34 blocks.
 _USUAL = 12
@@ -76,6 +76,12 @@ def bar(progress: Progress) -> Listener:
             case StepDone(case, index, step) if isinstance(case, bs.Pushover):
                 text = f"{case.name}: step {index}, {step.displacement * 1e3:.1f} mm, α = {step.load_factor:.4f}"
                 progress.update(task, completed=min(index, case.steps), total=case.steps, description=text, rest="")
+            case StateDone(case, index, state):
+                share = min((state.time - float(case.times[0])) / case.duration, 1.0)
+                left = (progress.tasks[task].elapsed or 0.0) * (1 - share) / max(share, 1e-9)
+                rest = f"about {left:.0f} s left" if 0 < share < 1 else ""
+                text = f"{place}{case.name}: {state.time:.2f} s of {case.duration:.4g} s"
+                progress.update(task, completed=share, total=1.0, description=text, rest=rest)
             case CaseFinished():
                 progress.update(task, completed=progress.tasks[task].total, rest="")
 

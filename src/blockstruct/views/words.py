@@ -90,6 +90,11 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     return sentences
 
 
+def response_words(result: bs.CaseResult) -> list[str]:
+    """Return the sentences on the response to a record; none for any other case."""
+    return [] if result.response is None else bs.results.response_words(result.model, result.response)
+
+
 def without_curve_words(result: bs.CaseResult) -> str:
     """Return why a result has no capacity curve, and the remedy, as the end of a message."""
     reason = f"no capacity curve, {result.missing_curve or result.headline}"

@@ -30,8 +30,10 @@ from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.dimensions import dimensions
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
+from blockstruct.views.figures.fragility import fragility
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
+from blockstruct.views.figures.response import response
 from blockstruct.views.figures.sheet import drawings, overview, write_figures
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.figures.studies import compass, distribution, tornado
@@ -50,10 +52,12 @@ __all__ = [
     "convergence",
     "crushing_domain",
     "curve",
+    "response",
     "verification",
     # of many analyses
     "compass",
     "distribution",
+    "fragility",
     "tornado",
     # all of an analysis
     "drawings",

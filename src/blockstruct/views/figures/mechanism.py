@@ -141,7 +141,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
         return np.empty((0, 3))
     weight = np.linalg.norm(forces, axis=1)
     centre = weight @ at / weight.sum()
-    loads = () if isinstance(result.case, bs.SettlementCase) else result.case.variable.loads
+    loads = () if settles else result.case.patterns[-1].loads
     if settles:
         of_supports = np.isin(solids.block_of_vertex, _supports(result))
         tip = centre + (float(((moved[of_supports] - centre) @ direction).min()) - gap) * direction

@@ -20,6 +20,7 @@ from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
+from blockstruct.views.figures.response import response
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import write_bytes
@@ -64,6 +65,9 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     look
         As in :func:`structure`.
     """
+    if result.response is not None:
+        caption = "Displacement of the block that moves furthest, relative to the ground"
+        return [Drawing("response", caption, lambda ax: response(result, ax=ax), _DIAGRAM)]
     if not result.n_iterations:
         return []
     last = result.history.isel(iteration=[-1])

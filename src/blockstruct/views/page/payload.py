@@ -60,7 +60,10 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
     shown = [r for r in analysis.values() if r.n_iterations]
     if not shown:
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
-        msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); run it again"
+        remedy = "run it again"
+        if any(r.response is not None for r in analysis.values()):
+            remedy = "a page plays no records, but blockstruct figures draws them"
+        msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); {remedy}"
         raise bs.errors.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)

@@ -24,10 +24,11 @@ def assumptions(
     model: bs.Model, results: Sequence[bs.CaseResult], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
 ) -> list[str]:
     """Return the assumptions of the model, the cases and their checks, as sentences."""
-    limit = [r for r in results if not isinstance(r.case, bs.SettlementCase)]
+    limit = [r for r in results if isinstance(r.case, bs.LimitCase)]
     flows = {r.case.flow for r in limit}
     scope = Scope(
-        settles=len(limit) < len(results),
+        settles=any(isinstance(r.case, bs.SettlementCase) for r in results),
+        moves=any(isinstance(r.case, bs.RecordCase) for r in results),
         pushes=bool(limit),
         is_associative=bs.Flow.ASSOCIATIVE in flows,
         is_nonassociative=bs.Flow.NONASSOCIATIVE in flows,

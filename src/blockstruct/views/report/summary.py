@@ -14,7 +14,10 @@ from blockstruct.views.report.pushovers import beginning_words, curve_sentences
 Check = bs.assess.LocalMechanismCheck
 
 #: Statuses without a load factor, the proven collapse first.
-_WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
+_WORST_FIRST = (
+    *(bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.COLLAPSES, bs.Status.UNDECIDED),
+    *(bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED),
+)
 #: Pushes up to which no compass is drawn.
 _FEW = 2
 
@@ -86,13 +89,15 @@ def _governing(
     heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]
 ) -> tuple[str | None, Check | None]:
     """Return the name of the governing case, and its check if that governs."""
-    without = [name for name, head in heads.items() if np.isnan(head.load_factor)]
+    without = [name for name, head in heads.items() if head.status in _WORST_FIRST]
     if without:
         # It is worse than any number, and than any check of another case.
         return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
         return min(checks, key=lambda item: (item[1].satisfied, item[1].verdict.share))
-    return min(heads, key=lambda name: heads[name].load_factor, default=None), None
+    # A record that the structure stands has no number.
+    numbered = [name for name, head in heads.items() if head.status is not bs.Status.STANDS] or heads
+    return min(numbered, key=lambda name: heads[name].load_factor, default=None), None
 
 
 def _holds(result: bs.CaseResult, check: Check | None) -> bool | None:
@@ -100,6 +105,8 @@ def _holds(result: bs.CaseResult, check: Check | None) -> bool | None:
 
     It is False without a settled load factor.
     """
+    if result.status is bs.Status.STANDS:
+        return True
     if np.isnan(result.load_factor) or result.drifts:
         return False
     return None if check is None else check.satisfied

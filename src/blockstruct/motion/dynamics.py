@@ -1,0 +1,410 @@
+"""Move rigid blocks with mass that touch, rub and strike each other."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.model import STANDARD_GRAVITY as GRAVITY
+from blockstruct.motion.masses import Masses
+from blockstruct.statics import ContactPoints, MovingStructure, Placement
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+#: Loads (B, 6) about the centres of mass in a step of a length, s.
+Loads = Callable[[float], Array]
+
+#: Compliance of a contact, in units of ``h² / m`` with the step h and the mass m of the two blocks. Contacts deform by
+#: this share of the way that their force moves the blocks in a step, and a bounce decays by 90 % in each step.
+COMPLIANCE = 0.01
+#: Newton iterations of a step, and the unbalanced wrench of a solution relative to the weight of each block.
+ITERATIONS, SOLVED = 30, 1e-7
+#: Iterations after which changes are halved, because contacts change their state to and fro.
+PATIENCE, LEAST = 8, 0.1
+#: Number of unknowns up to which a dense matrix is faster than a sparse one.
+DENSE = 60
+#: Energy of an impact, relative to the energy of the motion, from which a step ends at the impact. Shortest part of a
+#: divided step, as a share.
+IMPACT, SPLIT = 1e-3, 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """Contact points that move with the two blocks.
+
+    Attributes
+    ----------
+    minus, plus : (K,) arrays
+        Blocks; the normal points from minus to plus.
+    on_minus, on_plus : (K, 3) arrays, m
+        Points of the two blocks that touch, from their centres of mass, in the axes of each block.
+    frame : (K, 3, 3) array
+        Normal and two tangents, in the axes of the minus block.
+    friction : (K,) array
+    force : (K, 3) array, N
+        In the step before: normal, and along the tangents.
+    """
+
+    minus: Index
+    plus: Index
+    on_minus: Array
+    on_plus: Array
+    frame: Array
+    friction: Array
+    force: Array
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForces:
+    """Forces of contacts that are loaded.
+
+    Attributes
+    ----------
+    minus, plus : (P,) arrays
+        Blocks.
+    point, force : (P, 3) arrays
+        Position, m, and force on the plus block, N, in global axes.
+    """
+
+    minus: Index
+    plus: Index
+    point: Array
+    force: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Blocks in motion.
+
+    Attributes
+    ----------
+    placement : Placement
+        Positions of the centroids, and rotations.
+    momentum : (B, 6) array
+        Linear momentum, N·s, and angular momentum about the centre of mass, N·m·s, in the middle of the step before.
+        Those of supports are zero.
+    last_step : float
+        Length of the step before, s; zero at first.
+    """
+
+    placement: Placement
+    momentum: Array
+    last_step: float
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step of time.
+
+    Attributes
+    ----------
+    motion : Motion
+        After the step.
+    contacts : Contacts
+        The same, with their forces.
+    forces : ContactForces
+    impulse_time : float
+        Time for which forces act, s: from the middle of the step before to the middle of this one.
+    twist, mean : (B, 6) arrays
+        Twists about the centres of mass. Forces do work with the mean of the twists of the step before and this one.
+    dissipated_energy : float
+        Work that contacts take up, J.
+    kinetic_energy : float
+        J.
+    iterations : int
+        Linear systems.
+    """
+
+    motion: Motion
+    contacts: Contacts
+    forces: ContactForces
+    impulse_time: float
+    twist: Array
+    mean: Array
+    dissipated_energy: float
+    kinetic_energy: float
+    iterations: int
+
+
+class Dynamics:
+    """Equations of motion of a structure.
+
+        ``M (V − V_0) = h (w + Jᵀ x)``, ``C x + g + h J V = opening``
+
+    The velocities V at the end of a step move the blocks in it: impacts are without bounce, and the energy of a
+    motion without friction and impacts is kept in the mean (a step of Verlet's method). Normal forces
+    follow from the gap at the end of the step, tangential forces from the slip in it and the force before, with
+    Coulomb's law without dilatancy. The system is solved by the Newton method of P. Alart, A. Curnier (Comput.
+    Methods Appl. Mech. Eng. 92 (1991) 353–375).
+
+    Parameters
+    ----------
+    structure
+        The blocks, their contacts and their friction.
+    masses
+        Their masses.
+    """
+
+    def __init__(self, structure: MovingStructure, masses: Masses, time_step: float) -> None:
+        self.time_step = time_step
+        statics = structure.statics
+        self._structure, self._masses = structure, masses
+        self._free, self._B = statics.free, len(statics.model.blocks)
+        #: Place of each block among the free ones. Supports have the place after the last.
+        self._slot = np.full(self._B, len(self._free))
+        self._slot[self._free] = np.arange(len(self._free))
+        self._size = masses.size[statics.free]
+        self._yield = np.zeros(self._B)
+        self._yield[self._free] = 1 / masses.mass[self._free]
+
+    def contacts(self, placement: Placement, reach: float, before: ContactForces) -> Contacts:
+        """Return the contacts with gaps up to ``reach``, m, with the forces before at the nearest contact of each."""
+        points, gap = self._structure.points(placement, reach)
+        R, G = placement.rotation, self._centres(placement)
+        half = gap[:, None] / 2 * points.frame[:, 0]
+        on_minus, on_plus = (
+            np.einsum("kji,kj->ki", R[block], points.position + side - G[block])
+            for block, side in ((points.minus, -half), (points.plus, half))
+        )
+        frame = points.frame @ R[points.minus]
+        force = np.einsum("kai,ki->ka", points.frame, _nearest(points, before))
+        return Contacts(points.minus, points.plus, on_minus, on_plus, frame, points.friction, force)
+
+    def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
+        """Return the state after a step; None without a solution.
+
+        Parameters
+        ----------
+        motion, contacts
+            Before the step.
+        loads
+            Returns the loads (B, 6) about the centres of mass in a step of a given length, s.
+        h
+            Length of the step, s. The step ends before or at an impact in it.
+        whole
+            Whether the step does not end at impacts.
+        """
+        free, m = self._free, self._masses
+        R, G = motion.placement.rotation, self._centres(motion.placement)
+        i, j = contacts.minus, contacts.plus
+        J = R[free] @ m.inertia[free] @ R[free].transpose(0, 2, 1)
+        M = np.zeros((len(free), 6, 6))
+        M[:, [0, 1, 2], [0, 1, 2]], M[:, 3:, 3:] = m.mass[free, None], J
+        before = np.linalg.solve(M, motion.momentum[free, :, None])[:, :, 0]
+        frame = contacts.frame @ R[i].transpose(0, 2, 1)
+        arm_i, arm_j = (np.einsum("kij,kj->ki", R[b], p) for b, p in ((i, contacts.on_minus), (j, contacts.on_plus)))
+        gap = np.einsum("ki,ki->k", frame[:, 0], G[j] + arm_j - G[i] - arm_i)
+        relative = self._relative(contacts, frame, arm_i, arm_j)
+        yields = self._yield[i] + self._yield[j]
+        if not whole:
+            nearing = -(relative @ before.ravel())[::3]
+            h = self._until_impact(h, gap, nearing, yields, float((before * motion.momentum[free]).sum()))
+        k = (motion.last_step + h) / 2
+        # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
+        omega = np.zeros((self._B, 3))
+        omega[free] = before[:, 3:]
+        bend = [_cross(omega[b], _cross(omega[b], arm)) for b, arm in ((i, arm_i), (j, arm_j))]
+        way = h**2 / 2 * np.einsum("kai,ki->ka", frame, bend[1] - bend[0])
+        way[:, 0] += gap
+        compliance = COMPLIANCE * self.time_step**2 * yields
+        # A contact that is closed damps the velocity, as if the step were longer.
+        time = h + np.where(gap <= 0, self.time_step, 0.0)
+        law = _Law(contacts, way, time, compliance, 1 / np.maximum(time * k * yields, 2 * compliance), GRAVITY / yields)
+        weight = GRAVITY * m.mass[free]
+        scale = np.repeat(np.column_stack([weight, weight * self._size]), 3, axis=1)
+        push = (motion.momentum[free] / k + loads(h)[free]).ravel()
+        found = _newton(M / k, relative, push, law, np.asarray(before.ravel(), dtype=np.float64), scale.ravel())
+        if found is None:
+            return None
+        V, x, iterations = found
+        twist, mean, momentum = np.zeros((3, self._B, 6))
+        twist[free] = V.reshape(-1, 6)
+        mean[free] = (twist[free] + before) / 2
+        momentum[free] = np.einsum("fij,fj->fi", M, twist[free])
+        work = float(x.ravel() @ (relative @ mean[free].ravel()))
+        loaded = x[:, 0] > 0
+        force = np.einsum("kai,ka->ki", frame[loaded], x[loaded])
+        return Step(
+            motion=Motion(self._moved(motion.placement, twist, h), momentum, h),
+            contacts=replace(contacts, force=x),
+            forces=ContactForces(i[loaded], j[loaded], (G[j] + arm_j)[loaded], force),
+            impulse_time=k,
+            twist=twist,
+            mean=mean,
+            dissipated_energy=-k * work,
+            kinetic_energy=float((twist * momentum).sum()) / 2,
+            iterations=iterations,
+        )
+
+    def _relative(self, contacts: Contacts, frame: Array, arm_i: Array, arm_j: Array) -> Any:
+        """Return the matrix (3 K, 6 F) of the relative velocities of contacts, plus block minus minus block."""
+        F, K = len(self._free), len(frame)
+        parts = np.concatenate([-frame, -_cross(arm_i[:, None], frame), frame, _cross(arm_j[:, None], frame)], 2)
+        ends = self._slot[np.column_stack([contacts.minus, contacts.plus])]
+        # The columns of supports are last, and left out.
+        if 6 * F <= DENSE:
+            dense = np.zeros((K, 3, F + 1, 6))
+            for side in (0, 1):
+                dense[np.arange(K), :, ends[:, side]] = parts[:, :, 6 * side : 6 * side + 6]
+            return np.asarray(dense[:, :, :F].reshape(3 * K, 6 * F))
+        columns = np.repeat((6 * ends[:, :, None] + np.arange(6)).reshape(K, 12), 3, axis=0)
+        shape = (3 * K, 6 * F + 6)
+        full = sp.csr_array((parts.ravel(), columns.ravel(), 12 * np.arange(3 * K + 1)), shape=shape)
+        return sp.csr_array(full[:, : 6 * F])
+
+    def _until_impact(self, h: float, gap: Array, nearing: Array, compliance: Array, energy: float) -> float:
+        """Return the time until the first strong impact within a step h."""
+        strong = (nearing > GRAVITY * SPLIT * self.time_step) & (nearing**2 > IMPACT * energy * compliance)
+        time = gap[strong] / nearing[strong]
+        first = float(time.min(initial=np.inf))
+        short = SPLIT * self.time_step
+        return min(h, max(first - 1.5 * short, short))
+
+    def _centres(self, placement: Placement) -> Array:
+        return np.asarray(placement.position + np.einsum("bij,bj->bi", placement.rotation, self._masses.offset))
+
+    def _moved(self, placement: Placement, twist: Array, h: float) -> Placement:
+        """Return the placement after twists (B, 6) about the centres of mass for a time h."""
+        G = self._centres(placement) + h * twist[:, :3]
+        turned = placement.moved(np.column_stack([np.zeros_like(twist[:, :3]), h * twist[:, 3:]])).rotation
+        return Placement(G - np.einsum("bij,bj->bi", turned, self._masses.offset), turned)
+
+
+@dataclass(frozen=True, slots=True)
+class _Law:
+    """Forces of contacts: ``x = P(x + ρ C (x_0 − x) − ρ (g + t v))`` with the projection P onto their cones.
+
+    Attributes
+    ----------
+    contacts : Contacts
+        With the forces before, whose tangential part is ``x_0``.
+    way : (K, 3) array, m
+        Gap g, and the tangential way that does not follow from velocities.
+    time : (K,) array, s
+    compliance, rho : (K,) arrays, m/N and N/m
+    unit : (K,) array, N
+        Of forces that are missed.
+    """
+
+    contacts: Contacts
+    way: Array
+    time: Array
+    compliance: Array
+    rho: Array
+    unit: Array
+
+    def projected(self, x: Array, v: Array) -> tuple[Array, Array, float]:
+        """Return the projection of forces (K, 3) at relative velocities (K, 3), its slope, and the largest change."""
+        soft = (self.rho * self.compliance)[:, None]
+        tried = (1 - soft) * x - self.rho[:, None] * (self.way + self.time[:, None] * v)
+        tried[:, 1:] += soft * self.contacts.force[:, 1:]
+        kept, slope = _cut(tried, self.contacts.friction)
+        return kept, slope, float((np.abs(kept - x) / self.unit[:, None]).max(initial=0.0))
+
+    def linear(self, x: Array, kept: Array, slope: Array) -> tuple[Array, Array]:
+        """Return the change of forces (K, 3) at the same velocities, and its derivative to them, negative."""
+        local = np.eye(3) - (1 - self.rho * self.compliance)[:, None, None] * slope
+        right = np.concatenate([slope * (self.time * self.rho)[:, None, None], (kept - x)[:, :, None]], axis=2)
+        found = np.linalg.solve(local, right)
+        return found[:, :, 3], found[:, :, :3]
+
+
+def _newton(M: Array, relative: Any, push: Array, law: _Law, V: Array, scale: Array) -> tuple[Array, Array, int] | None:
+    """Return velocities (6 F,), forces (K, 3) and the number of iterations; None without a solution."""
+    x, K = law.contacts.force, len(law.contacts.force)
+    blocks = sp.block_diag(list(M), format="csr") if sp.issparse(relative) else _diagonal(M)
+    kept, slope, worst = law.projected(x, (relative @ V).reshape(K, 3))
+    for iterations in range(ITERATIONS + 1):
+        missed = push + relative.T @ x.ravel() - blocks @ V
+        if worst <= SOLVED and np.abs(missed / scale).max() <= SOLVED:
+            return V, x, iterations
+        change, E = law.linear(x, kept, slope)
+        S = blocks + _weighted(relative, E)
+        delta = _solved(S, missed + relative.T @ change.ravel())
+        if delta is None:
+            return None
+        change = change - np.einsum("kab,kb->ka", E, (relative @ delta).reshape(K, 3))
+        share, best = 1.0, None
+        while True:
+            tried = V + share * delta, x + share * change
+            judged = law.projected(tried[1], (relative @ tried[0]).reshape(K, 3))
+            if best is None or judged[2] < best[1][2]:
+                best = tried, judged
+            if judged[2] < worst or iterations < PATIENCE or share < LEAST:
+                break
+            share /= 2
+        (V, x), (kept, slope, worst) = best
+        if not np.isfinite(worst):
+            return None
+    return None
+
+
+def _diagonal(M: Array) -> Array:
+    F = len(M)
+    full = np.zeros((F, 6, F, 6))
+    full[np.arange(F), :, np.arange(F)] = M
+    return full.reshape(6 * F, 6 * F)
+
+
+def _weighted(relative: Any, E: Array) -> Any:
+    """Return ``Jᵀ E J`` for the blocks E (K, 3, 3)."""
+    K = len(E)
+    if isinstance(relative, np.ndarray):
+        return np.asarray(relative.T @ (E @ relative.reshape(K, 3, -1)).reshape(3 * K, -1))
+    weights = sp.bsr_array((E, np.arange(K), np.arange(K + 1)), shape=(3 * K, 3 * K))
+    return relative.T @ (sp.csr_array(weights) @ relative)
+
+
+def _solved(S: Any, b: Array) -> Array | None:
+    if isinstance(S, np.ndarray):
+        return np.asarray(np.linalg.solve(S, b))
+    try:
+        return np.asarray(sp.linalg.splu(sp.csc_array(S), permc_spec="MMD_AT_PLUS_A").solve(b))
+    except RuntimeError:
+        return None
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products (…, 3): several times as fast as numpy's for small arrays."""
+    return np.asarray(a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]])
+
+
+def _cut(tried: Array, mu: Array) -> tuple[Array, Array]:
+    """Return the forces (K, 3) that contacts bear, and their derivatives (K, 3, 3) to the tried ones."""
+    n, size = np.maximum(tried[:, 0], 0.0), np.maximum(np.hypot(tried[:, 1], tried[:, 2]), 1e-300)
+    presses, slides = n > 0, size > mu * n
+    share, along = np.where(slides, mu * n / size, 1.0), tried[:, 1:] / size[:, None]
+    x = np.column_stack([n, tried[:, 1:] * share[:, None]])
+    slope = np.zeros((len(n), 3, 3))
+    slope[:, 0, 0] = presses
+    slope[:, [1, 2], [1, 2]] = np.where(presses, share, 0.0)[:, None]
+    on = slides & presses
+    slope[:, 1:, 1:] -= np.where(on, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
+    slope[:, 1:, 0] = np.where(on, mu, 0.0)[:, None] * along
+    return x, slope
+
+
+def _nearest(points: ContactPoints, before: ContactForces) -> Array:
+    """Return the forces (K, 3) before, each at the nearest contact of the same two blocks; elsewhere zero."""
+    force = np.zeros((len(points.friction), 3))
+    if not len(before.plus) or not len(force):
+        return force
+    # Of each force, the contacts of the same two blocks: a range of the contacts that are sorted by their blocks.
+    n = 1 + max(int(block.max()) for block in (points.minus, points.plus, before.minus, before.plus))
+    code, wanted = (np.minimum(c.minus, c.plus) * n + np.maximum(c.minus, c.plus) for c in (points, before))
+    order = np.argsort(code, kind="stable")
+    first, last = (np.searchsorted(code[order], wanted, side) for side in ("left", "right"))
+    count = last - first
+    row = np.repeat(np.arange(len(wanted)), count)
+    at = order[np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)]
+    distance = np.linalg.norm(points.position[at] - before.point[row], axis=1)
+    nearest = np.lexsort((distance, row))
+    row, at = row[nearest], at[nearest]
+    begin = np.append(True, row[1:] != row[:-1])
+    row, at = row[begin], at[begin]
+    sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
+    np.add.at(force, at, sign[:, None] * before.force[row])
+    return force

@@ -1,0 +1,339 @@
+"""Follow a structure through an acceleration of the ground."""
+
+from collections.abc import Generator
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError
+from blockstruct.limit import Fall, RecordState
+from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
+from blockstruct.motion.dynamics import ContactForces, Contacts, Dynamics, Motion, Step
+from blockstruct.motion.masses import Masses
+from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
+from blockstruct.vocabulary import Reason, Torsion, listed
+
+Array = NDArray[np.float64]
+
+#: Steps in the time in which a pendulum of the smallest block turns by one radian.
+RESOLUTION = 48
+#: Most states of a record, and the shortest time between two, s.
+STATES, SHORTEST = 200, 0.01
+#: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
+SPLITS, HALVINGS = 12, 8
+#: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
+#: the gap. Contacts are searched again when a block has moved by half of the gap, or after this number of states.
+REACH, AHEAD, KEPT = 0.02, 8, 16
+#: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
+#: relative to gravity. At the turn of a motion, only the first is small.
+REST, STILL = 1e-7, 1e-2
+#: Longest motion after the record, s, if the record is not longer itself.
+AFTER = 30.0
+
+States = Generator[RecordState, None, Reason]
+
+
+def respond(statics: Statics, case: RecordCase, before: RecordState | None = None) -> States:
+    """Follow a structure through a record and until it is at rest, or has collapsed.
+
+    Parameters
+    ----------
+    statics, case
+        The structure, which stands under the dead load, and the record.
+    before
+        A known state that finds contacts, after which the response continues. It is the same as without a break.
+
+    Yields
+    ------
+    RecordState
+        The first is at rest, the others follow in equal intervals. The last one is that in which a block has fallen, if
+        it has.
+
+    Returns
+    -------
+    Reason
+    """
+    run = _Run(statics, case)
+    state = before
+    if state is None:
+        state = run.at_rest()
+        yield state
+    while not (ended := run.ended(state)):
+        following = run.advance(state)
+        if following is None:
+            return Reason.STEP_NOT_SOLVED
+        state = following
+        yield state
+    return ended
+
+
+def time_step(statics: Statics, case: RecordCase) -> float:
+    """Return the length of the steps of a response, s: equal parts of the interval between its states."""
+    size = Masses.of(statics.model, case.dead, f"record case {case.name!r}").size[statics.free].min()
+    longest = case.time_step or float(np.sqrt(size / STANDARD_GRAVITY)) / RESOLUTION
+    interval = kept_interval(case)
+    return interval / ceil(interval / longest * (1 - 1e-12))
+
+
+def kept_interval(case: RecordCase) -> float:
+    """Return the time between two states that are kept, s."""
+    return float(case.interval or max(case.duration / STATES, SHORTEST))
+
+
+class _Run:
+    def __init__(self, statics: Statics, case: RecordCase) -> None:
+        model, who = statics.model, f"record case {case.name!r}"
+        check_record(model, case)
+        self._statics, self._case = statics, case
+        self._free = statics.free
+        self._masses = Masses.of(model, case.dead, who)
+        self._dead = MovingLoads.of(model, case.dead, case.dead)
+        # Loads through the centres of mass do not change in motion.
+        plain = not (self._dead.lever.any() or self._masses.offset.any())
+        self._weight = self._dead.wrench if plain else None
+        self._contacts: tuple[Contacts | None, float, float, int] = None, 0.0, 0.0, 0
+        self._h = time_step(statics, case)
+        self._dynamics = Dynamics(MovingStructure(statics), self._masses, self._h)
+        self._start = Placement.of(model)
+        self._fixed = np.array([b.fixed for b in model.blocks])
+        self._fall = Fall.of(model)
+        self._radius = np.array([np.linalg.norm(b.shape.vertices - b.centroid, axis=1).max() for b in model.blocks])
+        m = self._masses
+        self._rest = REST * STANDARD_GRAVITY * float((m.mass * m.size)[self._free].sum())
+        self._times, ground = case.times, case.ground
+        # The integral of the acceleration, which is linear between samples: a step takes the mean over its impulse.
+        steps = np.diff(self._times)[:, None] * (ground[1:] + ground[:-1]) / 2
+        self._ground, self._velocity = ground, np.concatenate([np.zeros((1, 3)), steps.cumsum(axis=0)])
+        self._begin, self._end = float(self._times[0]), float(self._times[-1])
+
+    def at_rest(self) -> RecordState:
+        """Return the state at the beginning."""
+        B = len(self._fixed)
+        no_block = np.empty(0, dtype=np.int64)
+        return RecordState(
+            time=self._begin,
+            displacement=np.zeros((B, 3)),
+            rotation=np.zeros((B, 3)),
+            velocity=np.zeros((B, 3)),
+            angular_velocity=np.zeros((B, 3)),
+            peak_displacement=np.zeros(B),
+            ground_acceleration=self._acceleration(self._begin),
+            base_reaction=-self._dead.wrench[self._free, :3].sum(axis=0),
+            acceleration=0.0,
+            kinetic_energy=0.0,
+            dead_work=0.0,
+            record_work=0.0,
+            dissipated_energy=0.0,
+            time_step=self._h,
+            last_step=0.0,
+            steps=0,
+            iterations=0,
+            finds_contacts=True,
+            minus_of_contact=no_block,
+            plus_of_contact=no_block,
+            point_of_contact=np.empty((0, 3)),
+            force_of_contact=np.empty((0, 3)),
+        )
+
+    def ended(self, state: RecordState) -> Reason | None:
+        """Return the reason for the end of the response; None if it continues."""
+        if self._fall.at(self._placement(state)).any():
+            return Reason.BLOCKS_FALLEN
+        if state.time < self._end * (1 - 1e-12):
+            return None
+        still = state.acceleration <= STILL * STANDARD_GRAVITY
+        if state.steps and still and state.kinetic_energy <= self._rest:
+            return Reason.AT_REST
+        limit = self._end + max(AFTER, self._end - self._begin)
+        return Reason.STILL_MOVING if state.time >= limit else None
+
+    def advance(self, state: RecordState) -> RecordState | None:
+        """Return the next state; None if a step is not solved."""
+        h, start = self._h, state.time
+        placement = self._placement(state)
+        motion = Motion(placement, self._momentum(state, placement), state.last_step)
+        forces = ContactForces(
+            state.minus_of_contact, state.plus_of_contact, state.point_of_contact, state.force_of_contact
+        )
+        twist = np.column_stack([state.velocity, state.angular_velocity])
+        contacts, moved, reach, kept = (None, 0.0, 0.0, 0) if state.finds_contacts else self._contacts
+        peak, impulse, acting = state.peak_displacement.copy(), np.zeros(3), 0.0
+        dead = record = dissipated = 0.0
+        steps, iterations, done, kinetic = state.steps, state.iterations, 0.0, state.kinetic_energy
+        acceleration = 0.0
+        total, splits, part = round(kept_interval(self._case) / h), 0, 0
+        while part < total:
+            left, time = (part + 1) * h - done, start + done
+            if contacts is None:
+                reach = max(REACH * self._statics.length, AHEAD * h * self._fastest(twist))
+                contacts, moved, kept = self._dynamics.contacts(motion.placement, reach, forces), 0.0, 0
+            weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
+            step = self._solved(motion, contacts, weight, time, left, whole=splits >= SPLITS)
+            if step is None:
+                return None
+            motion, contacts, forces = step.motion, step.contacts, step.forces
+            done, splits = done + motion.last_step, splits + 1
+            if done >= (part + 1) * h - 1e-9 * h:
+                part, splits = part + 1, 0
+                done = part * h
+            k, mean = step.impulse_time, step.mean
+            push = self._push(time - step.impulse_time + motion.last_step / 2, time + motion.last_step / 2)
+            dead += k * float((weight * mean).sum())
+            record += k * float((push * mean[:, :3]).sum())
+            dissipated += step.dissipated_energy
+            impulse += k * self._on_structure(forces)
+            acting += k
+            acceleration = 2 * float(np.linalg.norm(mean[:, :3] - twist[:, :3], axis=1).max()) / k
+            twist = step.twist
+            steps, iterations, kinetic = steps + 1, iterations + step.iterations, step.kinetic_energy
+            place = motion.placement
+            np.maximum(peak, np.linalg.norm(place.position - self._start.position, axis=1), out=peak)
+            moved += motion.last_step * self._fastest(twist)
+            if moved > reach / 2:
+                contacts = None
+            if self._fall.at(place).any():
+                break
+        time = start + done
+        self._contacts = contacts, moved, reach, kept + 1
+        return RecordState(
+            time=time,
+            displacement=motion.placement.position - self._start.position,
+            rotation=motion.placement.vectors,
+            velocity=twist[:, :3],
+            angular_velocity=twist[:, 3:],
+            peak_displacement=peak,
+            ground_acceleration=self._acceleration(time),
+            base_reaction=impulse / acting,
+            acceleration=acceleration,
+            kinetic_energy=kinetic,
+            dead_work=state.dead_work + dead,
+            record_work=state.record_work + record,
+            dissipated_energy=state.dissipated_energy + dissipated,
+            time_step=h,
+            last_step=motion.last_step,
+            steps=steps,
+            iterations=iterations,
+            finds_contacts=contacts is None or kept + 1 >= KEPT,
+            minus_of_contact=forces.minus,
+            plus_of_contact=forces.plus,
+            point_of_contact=forces.point,
+            force_of_contact=forces.force,
+        )
+
+    def _solved(
+        self, motion: Motion, contacts: Contacts, weight: Array, time: float, h: float, *, whole: bool
+    ) -> Step | None:
+        """Return a step of at most h; shorter ones are tried where it is not solved."""
+
+        def loads(h: float) -> Array:
+            found = weight.copy()
+            found[:, :3] += self._push(time - motion.last_step / 2, time + h / 2)
+            return found
+
+        for halving in range(HALVINGS):
+            step = self._dynamics.step(motion, contacts, loads, h / 2**halving, whole=whole)
+            if step is not None:
+                return step
+        return None
+
+    def _push(self, begin: float, end: float) -> Array:
+        """Return the mean forces (B, 3) of the ground acceleration on the masses from one time to another."""
+        begin = max(begin, self._begin)
+        mean = (self._reached(end) - self._reached(begin)) / (end - begin)
+        return -self._masses.mass[:, None] * mean
+
+    def _reached(self, time: float) -> Array:
+        """Return the integral (3,) of the ground acceleration."""
+        k, share = self._sample(time)
+        if k < 0:
+            return np.asarray(self._velocity[-1])
+        a, b, length = self._ground[k], self._ground[k + 1], self._times[k + 1] - self._times[k]
+        return np.asarray(self._velocity[k] + length * share * (a + share / 2 * (b - a)))
+
+    def _acceleration(self, time: float) -> Array:
+        k, share = self._sample(time)
+        if k < 0:
+            return np.zeros(3)
+        return np.asarray((1 - share) * self._ground[k] + share * self._ground[k + 1])
+
+    def _sample(self, time: float) -> tuple[int, float]:
+        """Return the sample before a time, and the share of the way to the next; −1 after the record."""
+        if time > self._end:
+            return -1, 0.0
+        k = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1) - 1
+        return k, float((time - self._times[k]) / (self._times[k + 1] - self._times[k]))
+
+    def _placement(self, state: RecordState) -> Placement:
+        return Placement.at(self._start.position + state.displacement, state.rotation)
+
+    def _momentum(self, state: RecordState, placement: Placement) -> Array:
+        R, m = placement.rotation, self._masses
+        spin = np.einsum("bij,bjk,blk,bl->bi", R, m.inertia, R, state.angular_velocity)
+        found = np.column_stack([m.mass[:, None] * state.velocity, spin])
+        found[self._fixed] = 0.0
+        return found
+
+    def _fastest(self, twist: Array) -> float:
+        """Return the largest speed of any point, m/s, or an upper bound."""
+        speed = np.linalg.norm(twist[:, :3], axis=1) + self._radius * np.linalg.norm(twist[:, 3:], axis=1)
+        return float(speed.max())
+
+    def _dead_wrench(self, placement: Placement) -> Array:
+        """Return the dead loads (B, 6) about the centres of mass."""
+        wrench = self._dead.at(placement)
+        arm = np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
+        wrench[:, 3:] -= np.cross(arm, wrench[:, :3])
+        return wrench
+
+    def _on_structure(self, forces: ContactForces) -> Array:
+        """Return the force (3,) of the supports on the structure."""
+        sign = self._fixed[forces.minus].astype(float) - self._fixed[forces.plus]
+        return np.asarray(sign @ forces.force)
+
+
+#: Joint properties without an effect in motion: neutral value, unit, and how to leave them out.
+_REFUSED = {
+    "cohesion": (0.0, "Pa"),
+    "tensile_strength": (0.0, "Pa"),
+    "compressive_strength": (np.inf, "Pa"),
+    "dilatancy_angle": (0.0, "rad"),
+}
+
+
+def check_record(model: Model, case: RecordCase) -> None:
+    """Refuse models that the response to a record does not support.
+
+    Raises
+    ------
+    ModelError
+        If a joint has cohesion, tensile strength, a finite compressive strength, dilatancy, infinite friction or a
+        torsion other than at corners; if the model has ties, or blocks that are held in some motions only; if a free
+        block has no mass.
+    """
+    who = f"record case {case.name!r}"
+    for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
+        for name, (neutral, unit) in _REFUSED.items():
+            value = getattr(joint, name)
+            if value != neutral:
+                msg = (
+                    f"{who}: joint material {joint.name!r} has a {name} of {value:.6g} {unit}, which blocks in motion "
+                    "do not keep; give a joint material without it"
+                )
+                raise ModelError(msg)
+        if np.isinf(joint.friction_coefficient):
+            msg = f"{who}: joint material {joint.name!r} never slides; give a finite friction coefficient"
+            raise ModelError(msg)
+        if joint.torsion is not Torsion.CORNERS:
+            msg = f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}; leave out its torsion"
+            raise ModelError(msg)
+    if rollers := [b.name for b in model.blocks if b.is_roller]:
+        msg = (
+            f"{who}: {listed(rollers)} held in some motions only, which is not followed; fix these blocks, or free them"
+        )
+        raise ModelError(msg)
+    if model.ties:
+        names = ", ".join(tie.name for tie in model.ties[:3])
+        msg = f"{who}: the model has ties, {names}, which are not followed in motion; give model.with_ties(())"
+        raise ModelError(msg)
+    Masses.of(model, case.dead, who)
