@@ -112,7 +112,8 @@ def test_the_source_is_stored_written_and_reported(tmp_path, analysis):
         assert other.joint_materials == model.joint_materials
         assert other.materials["tuff"].source == model.materials["tuff"].source != ""
     html = report_html(analysis)
-    assert "Sources of these values" in html
+    html = html.replace("\u00a0", " ")
+    assert "source of the values" in html
     assert "mean of 13 to 16 kN/m³ (Circolare 21 January 2019 n. 7" in html
     assert "friction_angle = 31 deg, min of 31 to 37 deg" in html
 

@@ -5,6 +5,8 @@ A square block of side b and weight W is twisted about its axis. Corners slide a
 ``(√2 + asinh 1) / 6 = 0.38260`` of the side.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
@@ -16,7 +18,7 @@ from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import ContactPoints, Division, Statics, multiple_of_uniform_friction
-from blockstruct.text import torsion_note
+from blockstruct.text import NoteCode, effect_note, torsion_note
 from structures import SELF_WEIGHT, model_of, moved, push, random_frame, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -241,12 +243,20 @@ def test_division_does_not_matter_without_dilatancy():
 NARROW = np.array([(0, 0, 0), (5, 0, 0), (5, 0.01, 0), (0, 0.01, 0)])
 
 
+def without_effect(result):
+    return result.changed(outcome=replace(result.outcome, uniform_torsion=np.nan))
+
+
 def test_corner_torsion_has_a_note():
     result = solve(block("corners"), COUPLE, "nonassociative")
     (note,) = result.notes
-    times = CORNERS / UNIFORM
-    assert note == torsion_note(["base|block"], times, 1 - 1 / times, "load factor", at_corners=True)
+    times, limited = CORNERS / UNIFORM, UNIFORM * FRICTION * WEIGHT
+    assert result.outcome.uniform_torsion == pytest.approx(limited, rel=1e-6)
+    assert note == effect_note(NoteCode.CORNER_TORSION, result.load_factor, limited, result.answer)
     assert note.text in result.describe()
+    # Without the effect it gives an estimate.
+    (note,) = without_effect(result).notes
+    assert note == torsion_note(["base|block"], times, 1 - 1 / times, "load factor", at_corners=True)
     found = bs.results.corner_torsion(result.model, result.history).loc["base|block"]
     assert abs(found["torque"]) == pytest.approx(CORNERS * FRICTION * WEIGHT, rel=1e-6)
     assert found["uniform"] == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)
@@ -282,10 +292,13 @@ def test_torque_counts_with_the_shear_next_to_it(y):
     assert found["share"] == pytest.approx(1 - exact / result.load_factor, abs=1e-4)
     # The note states the load factor of the remedy, which is run again. Without effects it gives an estimate.
     assert result.outcome.uniform_torsion == pytest.approx(limited.load_factor, rel=1e-6)
-    (note,) = result.notes
-    assert result.answer.text(limited.load_factor) in note.text
-    case = bs.LimitCase("case", SELF_WEIGHT, beside, "associative")
-    (note,) = bs.AnalysisManager(result.model, effects=False).run([case])["case"].notes
+    effect, left = result.notes
+    assert result.answer.text(limited.load_factor) in effect.text
+    # The ellipse leaves 5 to 6 % in a square: what its own run says.
+    assert (left,) == limited.notes
+    assert found["times_left"] == pytest.approx(limited.load_factor / exact, rel=1e-4)
+    assert found["share_left"] == pytest.approx(1 - exact / limited.load_factor, abs=1e-4)
+    (note,) = without_effect(result).notes
     assert f"About {1 - exact / result.load_factor:.0%} of the load factor" in note.text
 
 
@@ -308,9 +321,11 @@ def test_narrow_joints_pushed_off_their_middle_have_a_note(a, b, beside, exact, 
     assert result.load_factor / found["times"] == pytest.approx(exact, rel=1e-3)
     assert found["share"] == pytest.approx(1 - exact / result.load_factor, abs=1e-3)
     assert found["share"] > 0.03
-    (note,) = result.notes
-    assert note.code == ("corner_torsion" if torsion == "corners" else "ellipsoid_torsion")
-    assert f" {found['times']:.3g} times " in note.text
+    # What the option takes off is an effect; what it leaves has a note of its own, as in joints that have the option.
+    limited = result.load_factor if torsion == "uniform pressure" else result.outcome.uniform_torsion
+    effect = effect_note(NoteCode.CORNER_TORSION, result.load_factor, limited, result.answer)
+    left = torsion_note(["base|block"], limited / exact, 1 - exact / limited, "load factor", at_corners=False)
+    assert result.notes == (*filter(None, [effect]), left)
 
 
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(5, marks=pytest.mark.slow)])
@@ -360,10 +375,14 @@ def test_a_settlement_held_by_shear_and_torque_has_a_note():
     model = model_of([*model.blocks, stop], bs.JointMaterial("joint", FRICTION, torsion="corners"))
     result = bs.run(model, case)["case"]
     assert result.status == "converged"
-    assert [note.code for note in result.notes if note.severity == "caution"] == ["corner_torsion"]
-    with_uniform = abs(result.outcome.uniform_torsion / result.load_factor)
-    assert with_uniform < 0.99
-    assert f"{1 - with_uniform:.0%} less" in next(note.text for note in result.notes)
+    assert [note.code for note in result.notes if note.severity == "caution"] == ["corner_torsion", "ellipsoid_torsion"]
+    # The block turns about the stop, which bears the more the less torsion friction takes.
+    uniform = bs.JointMaterial("joint", FRICTION, torsion="uniform pressure")
+    same = bs.run(model_of(model.blocks, uniform), case)["case"]
+    assert result.outcome.uniform_torsion == pytest.approx(same.load_factor, rel=1e-6)
+    more = same.load_factor / result.load_factor - 1
+    assert more > 0.5
+    assert f"{more:.0%} more" in next(note.text for note in result.notes)
 
 
 @pytest.mark.parametrize("flow", ["associative", "nonassociative"])
@@ -393,7 +412,11 @@ def test_torsion_of_a_block_that_does_not_move_has_a_note(flow):
     assert corners.load_factor == pytest.approx(0.999 * turning, rel=1e-4)
     assert limited.load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-4)
     assert bs.results.corner_torsion(corners.model, corners.history)["share"].sum() < 1e-3
-    assert corners.notes == (torsion_note(["base|block"], CORNERS / UNIFORM, None, "load factor", at_corners=True),)
+    assert corners.outcome.uniform_torsion == pytest.approx(limited.load_factor, rel=1e-6)
+    effect = effect_note(NoteCode.CORNER_TORSION, corners.load_factor, limited.load_factor, corners.answer)
+    assert corners.notes == (effect,) != (None,)
+    possible = torsion_note(["base|block"], CORNERS / UNIFORM, None, "load factor", at_corners=True)
+    assert without_effect(corners).notes == (possible,)
     assert limited.notes == ()
 
 

@@ -676,7 +676,7 @@ def test_a_fall_under_dead_load_shows_no_push():
     assert result.status == "unstable_under_dead_load"
     ax = figures.mechanism(result)
     assert [text.get_text() for text in ax.texts] == []
-    picture = mechanism_picture(result, small=True)
+    picture = mechanism_picture(result)
     assert picture["caption"] == "How “push” moves under its dead load alone, to first order: its bodies in colours"
 
 
@@ -685,7 +685,7 @@ def test_the_motion_of_an_unconverged_case_is_marked(small_model):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     result = bs.AnalysisManager(small_model, settings=settings).run([case])["push"]
     assert result.status == "not_converged"
-    assert "without a collapse state" in mechanism_picture(result, small=True)["caption"]
+    assert "without a collapse state" in mechanism_picture(result)["caption"]
 
 
 def test_the_load_factor_stands_next_to_an_elevation():

@@ -210,10 +210,10 @@ def test_every_kind_of_load_is_described():
 
 def test_the_masses_of_a_push_are_an_assumption():
     html = report_html(run([case(flow="associative")]))
-    assert "Pushed weight: 6.4 kN masonry." in html
+    assert "Pushed weight: 6.4\u00a0kN masonry." in html
     dead = bs.LoadPattern("carrying", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
     html = report_html(run([bs.LimitCase("case", dead, push(1, 0, 0), "associative")]))
-    assert "Pushed weight: 6.4 kN masonry + 1.6 kN area loads." in html
+    assert "Pushed weight: 6.4\u00a0kN masonry + 1.6\u00a0kN area loads." in html
 
 
 def test_a_firm_changes_the_blocks_it_wants(tmp_path):

@@ -86,12 +86,14 @@ class LocalMechanismCheck:
         """What the check comes to, over all ways that have a ratio."""
         state = self.limit_states[self.relied_on]
         collapse = WayOfChecking(Way.COLLAPSE, self.alpha0, self.participation.e_star, state)
+        ways = (collapse, *self.others)
+        floor = state.ratio * self.participation.e_star * min(way.load_factor for way in ways)
         return Verdict.of(
             self.result.name,
             direction_text(self.direction),
-            (collapse, *self.others),
+            ways,
             self.notes,
-            floor=state.ratio * self.participation.e_star if self.relied_on == METHODS["linear"] else np.nan,
+            floor=floor if self.relied_on == METHODS["linear"] else np.nan,
             settled=self.result.settled,
         )
 

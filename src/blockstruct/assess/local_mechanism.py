@@ -302,14 +302,14 @@ class _Request:
             notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies, one.name, one.ratio))
         low = head.lowest / head.load_factor
         if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
-            ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion))
+            ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
             notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
         # The notes of the case state the effect of these remedies on its load factor.
         remedies = ((Way.UNIFORM_TORSION, found.outcome.uniform_torsion), (Way.BIAXIAL, found.outcome.biaxial_crushing))
         for way, load_factor in remedies:
             low = load_factor / found.load_factor
             if low < 1 - EFFECT and (one := state(low * a0)):
-                ways.append(WayOfChecking(way, low * alpha, e_star, one, motion))
+                ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low))
         return ways, notes
 
     def _notes_of_one_body(

@@ -87,7 +87,7 @@ def unit_sizes(
     ...     return bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint_material=dry)), case
     >>> found = bs.assess.unit_sizes(build, [bs.Q_(1.2, "m"), bs.Q_(0.8, "m"), bs.Q_(0.6, "m")])
     >>> found.table["blocks"].tolist()
-    [13, 23, 37]
+    [11, 22, 37]
     >>> bool(found.fine < found.table["load factor"].min())
     True
     """

@@ -29,6 +29,8 @@ class WayOfChecking:
         The limit state that the method relies on.
     motion : (blocks, 6) array or None
         Velocity of the centroids and angular velocity, SI; None for the collapse mechanism.
+    load_factor : float
+        Load factor of this way, relative to the one of the collapse state.
     """
 
     way: Way
@@ -36,6 +38,7 @@ class WayOfChecking:
     e_star: float
     state: LimitState
     motion: NDArray[np.float64] | None = None
+    load_factor: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,8 @@ class Verdict:
     ways : tuple of WayOfChecking
         All ways that have a ratio, the lowest first. The verdict relies on the first.
     floor : float
-        Ratio with e* = 1, which no mechanism goes below at this load factor; NaN by displacement.
+        Ratio of a motion with e* = 1 that begins at the lowest load factor of the ways; no motion has less. NaN by
+        displacement.
     open : tuple of Note
         Warnings to settle first. With one of them the check is not satisfied.
     settled : bool

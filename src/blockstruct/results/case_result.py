@@ -380,12 +380,13 @@ class CaseResult:
     def _torsion(self) -> list[Note]:
         if self.status is not Status.CONVERGED:
             return []
-        notes, changed = torsion_notes(self.model, self.history, self.answer.name), self.outcome.uniform_torsion
+        changed = self.outcome.uniform_torsion
         if np.isnan(changed):
-            return notes
+            return torsion_notes(self.model, self.history, self.answer.name)
         effect = effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
-        kept = [note for note in notes if note.code not in _OF_CORNERS]
-        return [*([effect] if effect else []), *kept]
+        # In narrow joints the remedy leaves much of the excess.
+        left = torsion_notes(self.model, self.history, self.answer.name, limited=True)
+        return [*([effect] if effect else []), *left]
 
     @property
     def _crushing(self) -> Note | None:

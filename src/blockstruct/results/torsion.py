@@ -44,7 +44,9 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
         - ``shear``: V, N;
         - ``times``: V and T as a multiple of the exact limit in these proportions; an upper bound if below one;
         - ``share``: work of friction beyond the exact limit, relative to the load factor or, if it is larger, to the
-          work of friction: approximately the share of the load factor that depends on it.
+          work of friction: approximately the share of the load factor that depends on it;
+        - ``times_left``, ``share_left``: the same for V and T within the ellipsoid: what is left in joints with the
+          torsion of uniform pressure.
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
@@ -67,9 +69,11 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     of_resistance = np.divide(carried, whole[:, None], out=np.zeros((J, 3)), where=whole[:, None] > 0)
     times = multiple_of_uniform_friction(model.interfaces, of_resistance)
 
+    left = times / np.maximum(np.linalg.norm(of_resistance, axis=1), 1.0)
+
     friction = -(force[:, 1:] * v[:, 1:]).sum(axis=1)
-    beyond = (1 - 1 / np.maximum(times, 1.0)) * np.maximum(total(friction), 0.0)
     scale = max(abs(float(last["load_factor"])), float(friction.sum()), np.finfo(float).tiny)
+    share = np.maximum(total(friction), 0.0) / scale
     return pd.DataFrame(
         {
             "normal": total(force[:, 0]),
@@ -77,7 +81,9 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
             "uniform": whole * lever,
             "shear": np.hypot(*carried[:, :2].T),
             "times": times,
-            "share": beyond / scale,
+            "share": (1 - 1 / np.maximum(times, 1.0)) * share,
+            "times_left": left,
+            "share_left": (1 - 1 / np.maximum(left, 1.0)) * share,
         },
         index=pd.Index(last["interface"].to_numpy(), name="interface"),
     )
@@ -102,17 +108,20 @@ def _resistance(iteration: xr.Dataset, normal: Array) -> Array:
     return np.asarray(iteration["cohesion"].to_numpy() + friction * normal)
 
 
-def torsion_notes(model: Model, history: xr.Dataset, answer: str) -> list[Note]:
+def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bool = False) -> list[Note]:
     """Return the notes on torsion that affects the answer.
 
     The torsion exceeds that under uniform pressure.
 
     Joints that limit torsion at their contact points have one note, joints that limit it by an ellipsoid another.
-    ``answer`` is ``"load factor"`` or ``"reaction"``.
+    ``answer`` is ``"load factor"`` or ``"reaction"``. With ``limited`` the notes are on what the torsion of uniform
+    pressure would leave in all joints.
     """
     found = corner_torsion(model, history)
+    if limited:
+        found = found.assign(times=found["times_left"], share=found["share_left"])
     weight = sum(block.weight for block in model.blocks if not block.fixed)
-    at_corners = np.array([i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
+    at_corners = np.array([not limited and i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
     notes = []
     for joints, corners in ((found[at_corners], True), (found[~at_corners], False)):
         share = float(joints["share"].sum())

@@ -144,14 +144,17 @@ def _check_holder(place: Path) -> None:
 def _try_folder(place: Path) -> None:
     """Make and remove the folder of the working data, whose name is the longest of all that are needed."""
     folder = folder_of(place)
+    removing = False
     try:
         folder.mkdir()
+        removing = True
         folder.rmdir()
     except OSError as error:
         if _is_file(folder):
             raise _in_the_way(place) from error
-        # Another writer may have removed the folder in the meantime.
-        was_there = isinstance(error, FileExistsError | FileNotFoundError) and not folder.exists()
+        # Another writer may have removed the folder in the meantime. A folder that is not found while it is made is
+        # in a place that takes none.
+        was_there = isinstance(error, FileNotFoundError if removing else FileExistsError) and not folder.exists()
         if not was_there and error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
             raise
 

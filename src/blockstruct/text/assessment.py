@@ -81,7 +81,7 @@ def governing_way(way: Way, alpha: float, e_star: float, *, highest: float | Non
         texts.append(f"It is of {_WAYS[way]}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
         texts.append(f"Other ways give up to {ratio_text(highest)}.")
     if floor is not None:
-        texts.append(f"With e* = 1 it would be {ratio_text(floor)}.")
+        texts.append(f"No motion has less than {ratio_text(floor)}, the ratio with e* = 1.")
     return " ".join(texts)
 
 
