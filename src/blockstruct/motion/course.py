@@ -1,4 +1,4 @@
-"""A course of states: what each remembers of the ones before, and what follows from what was found."""
+"""Compute the energies, certificates and memory of the states of a pushover."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,11 +17,10 @@ Index = NDArray[np.int64]
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one.
 SAME = 0.05
-#: Number of last steps that a step is compared with, and of which the longest limits the next one.
+#: Number of recent steps. Their work measures the gap of a step, and the longest of them limits the next step.
 RECENT = 4
-#: Largest work by which the flow rule is missed, relative to that of the step or a recent one, and largest
-#: interpenetration, relative to the fastest point, of a certificate that holds; least work, relative to that of the
-#: first state.
+#: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
+#: the largest interpenetration, relative to the fastest point. Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
 
 
@@ -80,7 +79,7 @@ class Course:
         return longest, np.where(yields, grown, self._tight)
 
     def complete(self, found: MotionState) -> MotionState:
-        """A state with all that follows from what was found."""
+        """Return a state with its energies and its certificate."""
         placement = Placement.at(found.position, found.rotation)
         moved = self.at(placement, found.reach)
         problem, time, alpha = moved.problem, found.motion_time, found.load_factor
@@ -123,7 +122,9 @@ class Course:
         return replace(state, energy_error=missed / max(self._done + work, 1e-300))
 
     def _energy(self, state: MotionState) -> tuple[float, float]:
-        """Work from the last state to another that is missed, and the sum of all of it, J, by the trapezoidal rule.
+        """Return the energy error from the last state to another, and the work in between, J.
+
+        Both follow the trapezoidal rule.
 
         Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
         """
@@ -141,7 +142,7 @@ class Course:
 
 
 def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequence[MotionState]) -> list[MotionState]:
-    """States with all that follows from what was found, computed again."""
+    """Compute the energies and certificates of states again."""
     course, found = Course(problem, settings), []
     for state in states:
         found.append(course.complete(state))
@@ -174,10 +175,10 @@ def loaded(points: ContactPoints, force: Array) -> dict[str, Any]:
 
 
 def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> Array:
-    """Forces (K, 3) of a state at the nearest contact points of a problem between the same blocks, within a reach.
+    """Return the forces (K, 3) of a state at the nearest contact points of a problem, within a reach.
 
-    Where the points are is told in the axes of either block: those of a block that slides are where they were on one
-    of the two. Points of one place in two directions, as in an inner corner, are two.
+    Points belong to the same two blocks and are compared in the axes of each block: a point of a block that slides
+    stays where it was on one of the two. Two points at one place with different normals, as in an inner corner, differ.
     """
     # Loaded here: scipy.spatial is slow to import.
     from scipy.spatial import KDTree

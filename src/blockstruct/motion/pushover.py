@@ -78,16 +78,16 @@ def pushover(
     collapse
         The certified collapse state, whose mechanism is the first motion.
     steps
-        Number of them, about.
+        Approximate number of states.
     settings
         Of the case.
     before
-        States of the curve that are known already: it continues after the last of them.
+        Known states of the curve, which continues after the last state.
 
     Yields
     ------
     MotionState
-        A state; the first is that without displacement.
+        A state; the first state has no displacement.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def pushover(
 
 
 class _Path:
-    """The curve so far, and the next step of it."""
+    """The curve so far, and its next step."""
 
     def __init__(self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings) -> None:
         self._problem, self._steps = problem, steps
@@ -229,7 +229,7 @@ class _Path:
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
 
     def _way(self, state: MotionState) -> float:
-        """Way of the control point in the step of a state, or a share of that of the block that goes furthest."""
+        """Return the way of the control point in the step of a state, or a share of the way of the fastest block."""
         placement = Placement.at(state.position, state.rotation)
         return self._speed(placement, state.twist) * state.motion_time
 
@@ -269,7 +269,7 @@ class _Path:
     def _solved(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
 
-        Blocks that fall do so until they rest. Where no step is found, blocks fall.
+        Blocks fall until they rest. Blocks also fall if no step is found.
         """
         least = ATTEMPTS[-1][1]
         if memory.falls:
@@ -472,9 +472,9 @@ class _Path:
         return left / way * (SHORT_OF if alpha > NEAR * abs(curve[0][1]) else 1.0)
 
     def _until_broken(self, found: MotionState) -> float:
-        """Share of the way of a state that ends where a tie breaks; one if none does.
+        """Return the share of the way of a state up to the first tie that breaks; one if no tie breaks.
 
-        It ends just before the first that does and, of one that is near its limit, just behind.
+        The way ends just before the tie breaks, or just after if the tie is near its limit already.
         """
         ties = self._problem.statics.ties
         placement = Placement.at(found.position, found.rotation)

@@ -1,4 +1,4 @@
-"""A state of a capacity curve, how the curve ends, and where it comes to zero."""
+"""Define the states of a capacity curve, its end and its zero."""
 
 import json
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class MotionState:
-    """One state of blocks that move, in SI units: forces at a placement, and the step from there to the next one.
+    """One state of moving blocks, in SI units: forces at a placement, and the step to the next state.
 
-    The first group of attributes is what is found; all others follow from it and from the states before.
+    A step finds the first group of attributes. The second group is computed from the first and from earlier states.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class MotionState:
     minus_of_contact, plus_of_contact : (P,) arrays
         The two blocks at each contact point with a force.
     point_of_contact, normal_of_contact, force_of_contact : (P, 3) arrays
-        Where it is, m, the direction from its minus to its plus block, and the force on the plus block, N.
+        Position, m, direction from the minus to the plus block, and force on the plus block, N.
     solver_iterations : int
         Factorisations of all attempts at the step.
     solver_time : float
@@ -124,7 +124,7 @@ class CurveOutcome:
     direction : tuple of float
         In which the first of them moves.
     stands : bool
-        Whether the control point has come to a rest or goes back.
+        Whether the control point rests or goes back.
     """
 
     end: CurveEnd
