@@ -95,10 +95,10 @@ class Block(ModelObject):
             Whether the block is a support, or the motions in which a support holds it: :attr:`held`.
         """
         checked_name(name, "block")
-        corner = si_vector(origin, "length", f"block {name!r}: origin")
-        edges = si_vector(size, "length", f"block {name!r}: size")
+        corner = si_vector(origin, "length", f"block {shown(name)}: origin")
+        edges = si_vector(size, "length", f"block {shown(name)}: size")
         if min(edges) <= 0:
-            msg = f"block {name!r}: size {edges} m; give three lengths above zero"
+            msg = f"block {shown(name)}: size {edges} m; give three lengths above zero"
             raise GeometryError(msg)
         vertices, faces = box(corner, edges)
         return cls(name, polyhedron(vertices, faces, name), material, fixed)
@@ -134,7 +134,7 @@ class Block(ModelObject):
             If the surface is open, inside out, far from planar or without volume.
         """
         checked_name(name, "block")
-        points = si_array(vertices, "length", f"block {name!r}: vertices")
+        points = si_array(vertices, "length", f"block {shown(name)}: vertices")
         return cls(name, polyhedron(points, faces, name), material, fixed)
 
     def face_towards(self, direction: VectorLike) -> int:

@@ -8,7 +8,7 @@ from typing import Any, Self
 import attrs
 from attrs import field, frozen
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.model.fields import (
     ModelObject,
     has_name,
@@ -131,10 +131,10 @@ class JointMaterial(ModelObject):
         source: str = "",
     ) -> None:
         if (friction_coefficient is None) == (friction_angle is None):
-            msg = f"joint material {name!r}: give either friction_coefficient or friction_angle"
+            msg = f"joint material {shown(name)}: give either friction_coefficient or friction_angle"
             raise ModelError(msg)
         if friction_angle is not None:
-            what = f"joint material {name!r}: friction_angle"
+            what = f"joint material {shown(name)}: friction_angle"
             angle = si(friction_angle, "angle", what)
             if not 0 <= angle < math.pi / 2:
                 msg = f"{what} {quantity_text(angle, 'angle')}; give an angle from 0° to less than 90°"

@@ -4,7 +4,7 @@ import warnings
 
 from attrs import field, frozen
 
-from blockstruct.errors import ModelError, UnusualValueWarning
+from blockstruct.errors import ModelError, UnusualValueWarning, shown
 from blockstruct.model.fields import ModelObject, has_name, has_source, named_arguments, not_negative, scalar
 from blockstruct.units import QuantityLike, si, to_quantity
 
@@ -68,10 +68,10 @@ class Material(ModelObject):
         source: str = "",
     ) -> None:
         if density is not None and unit_weight is None:
-            mass = si(density, "density", f"material {name!r}: density")
+            mass = si(density, "density", f"material {shown(name)}: density")
             unit_weight = to_quantity(mass * STANDARD_GRAVITY, "force/volume")
         elif unit_weight is None or density is not None:
-            msg = f"material {name!r}: give either unit_weight or density"
+            msg = f"material {shown(name)}: give either unit_weight or density"
             raise ModelError(msg)
         self.__attrs_init__(name, unit_weight, source)
         low, high = USUAL_UNIT_WEIGHT
