@@ -93,7 +93,8 @@ def check_survivors(path, told, whole):
         expected = whole[name].history.isel(iteration=slice(n)).drop_vars("solver_time")
         assert timeless(result).identical(expected)
         if result.status == "interrupted":
-            assert (result.certificate is None) == (n == 0)
+            # A program without a solution, as the unbounded one of the load down, has no certificate.
+            assert (result.certificate is None) == (n == 0 or bool(result.history["flow_rule_gap"][-1].isnull()))
         else:
             assert str(result.outcome) == str(whole[name].outcome)
     assert bs.open_analysis(path).status == found.status
