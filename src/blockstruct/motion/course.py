@@ -52,7 +52,8 @@ class Course:
 
         The curve begins at the first state whose certificate holds. Before that state, joints deform elastically.
         """
-        self._done += self._energy(state)[1]
+        dead, pushed, _ = self._work(state)
+        self._done += _sum_of(dead, pushed)
         self._longest, self._tight = self._lengths(Placement.at(state.position, state.rotation))
         self.last = state
         if not state.falls and (self.curve or state.holds):
@@ -118,27 +119,28 @@ class Course:
             holds=within and c.flow_rule_gap * time <= CERTIFIED * max([work * time, *self._works[-RECENT:]]),
             contact_points=len(moved.contacts.gap),
         )
-        missed, work = self._energy(state)
-        return replace(state, energy_error=missed / max(self._done + work, 1e-300))
+        before = self.last
+        if before is None or not self.curve:
+            return replace(state, energy_error=0.0)
+        # Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
+        dead, pushed, variable = self._work(state)
+        u = moved.velocities(carried(before, placement))
+        rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
+        missed, done = abs(dead + pushed - variable * rate), self._done + _sum_of(dead, pushed)
+        return replace(state, energy_error=missed / max(done, 1e-300))
 
-    def _energy(self, state: MotionState) -> tuple[float, float]:
-        """Return the energy error from the last state to another, and the work in between, J.
+    def _work(self, state: MotionState) -> tuple[float, float, float]:
+        """Return the work of the loads from the last state of the curve to another, J, by the trapezoidal rule.
 
-        Both follow the trapezoidal rule.
-
-        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
+        It is the work of the dead load, of the variable load, and of the variable load at a load factor of one.
         """
         before = self.last
         if before is None or not self.curve:
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         one, other = (Placement.at(of.position, of.rotation) for of in (before, state))
-        dead, variable = self.problem.dead.work(one, other), self.problem.variable.work(one, other)
+        variable = self.problem.variable.work(one, other)
         pushed = variable * (before.load_factor + state.load_factor) / 2
-        moved = self.problem.at(other, state.reach, *self._lengths(other))
-        problem, u = moved.problem, moved.velocities(carried(before, other))
-        x, T = forces_at(moved, state), state.tie_force[moved.holds] / problem.ties.force_unit
-        rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
-        return abs(dead + pushed - variable * rate), abs(dead) + abs(pushed) + abs(dead + pushed)
+        return self.problem.dead.work(one, other), pushed, variable
 
 
 def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequence[MotionState]) -> list[MotionState]:
@@ -148,6 +150,11 @@ def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequ
         found.append(course.complete(state))
         course.take(found[-1])
     return found
+
+
+def _sum_of(dead: float, pushed: float) -> float:
+    """Return the sum of the work of the loads and of what resists them."""
+    return abs(dead) + abs(pushed) + abs(dead + pushed)
 
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:

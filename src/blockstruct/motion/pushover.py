@@ -171,7 +171,7 @@ class _Path:
         )
         if solved is None:
             return None
-        settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time, moved.reach, falls=False)
+        settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time, falls=False)
         self._going = replace(
             settled,
             velocity=mechanism[:, :3],
@@ -356,7 +356,7 @@ class _Path:
     ) -> MotionState:
         """Return the complete state of a solution."""
         motion = moved.twist(solved.u / time)
-        state = self._state(moved, solved, motion, time, inertia_time, moved.reach, falls=falls)
+        state = self._state(moved, solved, motion, time, inertia_time, falls=falls)
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
         return self._course.complete(state)
 
@@ -427,7 +427,6 @@ class _Path:
         motion: Array,
         time: float,
         inertia_time: float,
-        reach: float,
         *,
         falls: bool,
     ) -> MotionState:
@@ -441,7 +440,7 @@ class _Path:
             motion_time=time,
             inertia_time=inertia_time,
             falls=falls,
-            reach=reach,
+            reach=moved.reach,
             tie_force=moved.tie_force(solved.tie_force),
             solver_iterations=0,
             solver_time=0.0,
