@@ -13,6 +13,38 @@ from blockstruct.files import csv_text
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
+def target_with(path: str | Path, *suffixes: str) -> Path:
+    """Return the path of a file to write.
+
+    Raises
+    ------
+    StorageError
+        If its name ends in none of the suffixes.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in suffixes:
+        msg = f"{target}: give a name that ends in {' or '.join(suffixes)}"
+        raise bs.errors.StorageError(msg)
+    return target
+
+
+def made_folder(path: str | Path) -> Path:
+    """Make a folder, if it does not exist, and return its path.
+
+    Raises
+    ------
+    StorageError
+        If it cannot be made.
+    """
+    target = Path(path)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{target}: cannot be made ({error.strerror or error}); choose another folder"
+        raise bs.errors.StorageError(msg) from error
+    return target
+
+
 def write_text(text: str, path: str | Path) -> Path:
     """Write a text in UTF-8 by :func:`write_bytes`."""
     return write_bytes(text.encode("utf-8"), path)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.views.output import write_text
+from blockstruct.views.output import target_with, write_text
 from blockstruct.views.selection import chosen_iteration, given_result
 
 Array = NDArray[np.float64]
@@ -40,10 +40,7 @@ def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = 
     StorageError
         If the path does not end in ``.json`` or cannot be written.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".json":
-        msg = f"{target}: give a name that ends in .json"
-        raise bs.errors.StorageError(msg)
+    target = target_with(path, ".json")
     model, index = result.model, chosen_iteration(given_result(result, "write_assembly"), iteration)
     history = result.history.isel(iteration=[index])
     found = bs.results.mechanism(history)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.geometry import triangulated
 from blockstruct.views.export.motion import Motion, mechanism_motion, pushover_motion
-from blockstruct.views.output import write_bytes
+from blockstruct.views.output import target_with, write_bytes
 from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
 from blockstruct.views.style import DISPLACEMENT, EDGE, SUPPORT
@@ -50,10 +50,7 @@ def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None)
     StorageError
         If the path does not end in ``.glb`` or cannot be written.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".glb":
-        msg = f"{target}: give a name that ends in .glb"
-        raise bs.errors.StorageError(msg)
+    target = target_with(path, ".glb")
     given_result(result, "write_glb")
     pushed = result.capacity is not None and amplitude is None
     motion = pushover_motion(result) if pushed else mechanism_motion(result, amplitude)

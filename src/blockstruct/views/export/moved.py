@@ -8,7 +8,7 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.geometry import triangulated
 from blockstruct.views.export.motion import mechanism_motion, pushover_motion
-from blockstruct.views.output import write_bytes, write_text
+from blockstruct.views.output import target_with, write_bytes, write_text
 from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
 
@@ -40,10 +40,7 @@ def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = Non
     StorageError
         If the path ends in another suffix or cannot be written.
     """
-    target = Path(path)
-    if target.suffix.lower() not in (".obj", ".stl"):
-        msg = f"{target}: give a name that ends in .obj or .stl"
-        raise bs.errors.StorageError(msg)
+    target = target_with(path, ".obj", ".stl")
     given_result(result, "write_moved")
     if step is None:
         motion, frame = mechanism_motion(result, amplitude, np.ones(1)), 0

@@ -10,7 +10,7 @@ import pandas as pd
 
 import blockstruct as bs
 from blockstruct.files import without_formulas
-from blockstruct.views.output import write_bytes, write_csv
+from blockstruct.views.output import made_folder, write_bytes, write_csv
 from blockstruct.views.selection import shown_results
 
 
@@ -64,11 +64,7 @@ def write_tables(analysis: bs.Analysis, path: str | Path) -> Path:
     if target.suffix:
         msg = f"{target}: give a name that ends in .xlsx, or a folder for CSV files"
         raise bs.errors.StorageError(msg)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = f"{target}: cannot be written ({error.strerror or error}); choose another folder"
-        raise bs.errors.StorageError(msg) from error
+    made_folder(target)
     for name, table in found.items():
         write_csv(table, target / f"{name}.csv")
     return target

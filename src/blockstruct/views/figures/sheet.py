@@ -23,7 +23,7 @@ from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.response import response
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.figures.studies import compass
-from blockstruct.views.output import write_bytes
+from blockstruct.views.output import made_folder, write_bytes
 from blockstruct.views.selection import compasses, is_pressed, shown_results
 
 #: Width and height, inches, of pictures of the structure and of diagrams; a page is 160 mm wide.
@@ -181,18 +181,13 @@ def write_figures(
     if file_format not in _FORMATS:
         msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"
         raise bs.errors.ModelError(msg)
-    target = Path(folder)
     named = _file_names([r.name for r in shown_results(analysis)])
     sheets = {named[r.name]: drawings(r, look=look) for r in shown_results(analysis)}
     if not any(sheets.values()):
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
         msg = f"analysis of {analysis.model.name!r}: no case has an iteration to draw ({ended}); run it again"
         raise bs.errors.ModelError(msg)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = f"{target}: cannot be made ({error.strerror or error}); choose another folder"
-        raise bs.errors.StorageError(msg) from error
+    target = made_folder(folder)
     return [
         write_bytes(drawing.picture(file_format, dpi), target / f"{case}-{drawing.name}.{file_format}")
         for case, sheet in sheets.items()
