@@ -1,5 +1,6 @@
 """The words of every note and of the other sentences on results, each pinned once: the notes in ``notes.txt``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ NOTES = [
     *caveats(SETTLED, REACTION, bound=INF),
     *caveats(UNBOUNDED, bound=INF),
     *caveats(SETTLED, jammed=["a", "b", "c", "d"]),
+    *caveats(replace(SETTLED, other_procedure=0.8 * SETTLED.load_factor), jammed=["a"]),
+    *caveats(replace(SETTLED, other_procedure=SETTLED.load_factor), bound=INF),
     text.torsion_note(["a|b"], 1.848, 0.459, "load factor", at_corners=True),
     text.torsion_note(["a", "b", "c", "d", "e"], 1.848, None, "load factor", at_corners=True),
     text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
