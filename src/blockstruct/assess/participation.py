@@ -209,7 +209,7 @@ class Participation:
         M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
         return [
             Line(f"share of the mass, {of}", e, "C8.7.1.2.1.3 (C8.7.1.5)"),
-            Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
+            Line(f"mass, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
         ]
 
 

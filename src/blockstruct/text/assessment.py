@@ -113,9 +113,13 @@ def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine:
     (first, *others), (value, *rest) = sizes, values
     text = f"With units of {shown(first, 'm')} the {what} is {shown(value)}."
     if others:
-        each = [f"{shown(size, 'm')} gives {one / value - 1:+.0%}" for size, one in zip(others, rest, strict=True)]
+        changes = [f"{one / value - 1:+.0%}" for one in rest]
+        each = [
+            f"{shown(size, 'm')} gives {'the same' if change in ('+0%', '-0%') else change}"
+            for size, change in zip(others, changes, strict=True)
+        ]
         text += f" {'; '.join(each)}."
-    band = f" ± {scatter:.2g}" if np.isfinite(scatter) else ""
+    band = f" ± {scatter:.2g}" if np.isfinite(scatter) and shown(fine + scatter) != shown(fine) else ""
     return f"{text} A fine bond would give about {shown(fine)}{band}."
 
 
