@@ -13,6 +13,7 @@ from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock, with_motion
@@ -20,8 +21,6 @@ from blockstruct.text import SMALL, Note, direction_text, in_g, shown, smaller_b
 from blockstruct.vocabulary import Way, listed
 
 g = STANDARD_GRAVITY
-#: Difference of e* from one that counts as rounding.
-_ONE = 1e-4
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 
 
@@ -186,7 +185,9 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.3",
                 ),
                 Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
-                [Line("least capacity of a later mechanism", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
+                [Line("least capacity of a later mechanism", self._floor, "e* ≤ 1")]
+                if whole.e_star < 1 - ACCURACY
+                else [],
             ),
             section(
                 "Capacity curve",

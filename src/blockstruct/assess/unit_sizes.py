@@ -15,9 +15,6 @@ from blockstruct.results import CaseResult
 from blockstruct.text import assessment
 from blockstruct.units import QuantityLike, si
 
-#: Least number of sizes that show whether the answer is linear in the size.
-_FEWEST = 3
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnitSizes:
@@ -113,5 +110,6 @@ def unit_sizes(
     x, y = (known[name].to_numpy(dtype=float) for name in ("size [meter]", what))
     slope, fine = np.polyfit(x, y, 1)
     off = y - (fine + slope * x)
-    scatter = float(np.sqrt((off**2).sum() / (len(known) - 2))) if len(known) >= _FEWEST else np.nan
+    free = len(known) - 2
+    scatter = float(np.sqrt((off**2).sum() / free)) if free else np.nan
     return UnitSizes(what, table, float(fine), scatter)
