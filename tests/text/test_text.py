@@ -68,6 +68,7 @@ NOTES = [
     a.state_missed("SLD", 0.99996, "not satisfied"),
     a.changed_coefficients([("behaviour factor q", 1.5, 2.0, "C8.7.1.2.1.7")]),
     a.direction_without("push +x", Status.UNSTABLE),
+    a.unit_size(0.6, 0.8995),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),
     a.edge_is_long(5.0, 2.5),

@@ -12,7 +12,7 @@ from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult
-from blockstruct.text import assessment
+from blockstruct.text import LOAD_FACTOR, Note, assessment
 from blockstruct.units import QuantityLike, si
 
 
@@ -36,6 +36,15 @@ class UnitSizes:
     table: pd.DataFrame = field(repr=False)
     fine: float
     scatter: float
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """Warning on the size with the lowest ratio, if that is below one; a load factor has none."""
+        known = self.table[self.table["settled"]]
+        lowest = known.loc[known[self.what].idxmin()]
+        if self.what == LOAD_FACTOR.name or lowest[self.what] >= 1:
+            return ()
+        return (assessment.unit_size(lowest["size [meter]"], lowest[self.what]),)
 
     def __str__(self) -> str:
         sizes, values = (self.table[name].tolist() for name in ("size [meter]", self.what))
@@ -93,7 +102,7 @@ def unit_sizes(
     if len(set(lengths)) < max(len(lengths), 2) or min(lengths, default=0.0) <= 0:
         msg = f"{who}: sizes {lengths} m; give two at least, each above zero and once"
         raise ModelError(msg)
-    what = "load factor" if check is None else "capacity / demand"
+    what = LOAD_FACTOR.name if check is None else "capacity / demand"
     rows = []
     for length, size in sorted(zip(lengths, sizes, strict=True), key=lambda pair: -pair[0]):
         model, case = build(size)

@@ -108,6 +108,12 @@ def direction_without(name: str, status: Status) -> Note:
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
+def unit_size(size: float, ratio: float) -> Note:
+    """Return the note on units of another size, m, with which capacity over demand is below one."""
+    text = f"With units of {shown(size, 'm')}, capacity / demand is {ratio_text(ratio)}. Draw the bond as it is."
+    return Note(NoteCode.UNIT_SIZE, Severity.WARNING, text)
+
+
 def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine: float, scatter: float) -> str:
     """Return the sentences on answers with units of several sizes, m, the largest first."""
     (first, *others), (value, *rest) = sizes, values
