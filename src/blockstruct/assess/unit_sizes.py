@@ -40,11 +40,11 @@ class UnitSizes:
     @property
     def notes(self) -> tuple[Note, ...]:
         """Warning on the size with the lowest ratio, if that is below one; a load factor has none."""
-        known = self.table[self.table["settled"]]
-        lowest = known.loc[known[self.what].idxmin()]
-        if self.what == LOAD_FACTOR.name or lowest[self.what] >= 1:
+        answers = zip(*(self.table[name].tolist() for name in (self.what, "size [meter]", "settled")), strict=True)
+        ratio, size = min((value, size) for value, size, settled in answers if settled)
+        if self.what == LOAD_FACTOR.name or ratio >= 1:
             return ()
-        return (assessment.unit_size(lowest["size [meter]"], lowest[self.what]),)
+        return (assessment.unit_size(size, ratio),)
 
     def __str__(self) -> str:
         sizes, values = (self.table[name].tolist() for name in ("size [meter]", self.what))
