@@ -237,7 +237,7 @@ def test_a_spread_is_checked_by_the_run_as_given():
     assert check.notes == ()
 
 
-@pytest.mark.parametrize("remedy", ["uniform_torsion", "biaxial_crushing"])
+@pytest.mark.parametrize("remedy", ["uniform_torsion", "biaxial_crushing", "other_procedure"])
 def test_the_effect_of_a_remedy_counts(result, remedy):
     """A load factor 5 % lower has a ratio 5 % lower; one 0.5 % lower is no effect."""
     alone = checked(result).ratio

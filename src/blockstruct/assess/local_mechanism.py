@@ -302,8 +302,13 @@ class _Request:
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
             notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
         # The notes of the case state the effect of these remedies on its load factor.
-        remedies = ((Way.UNIFORM_TORSION, found.outcome.uniform_torsion), (Way.BIAXIAL, found.outcome.biaxial_crushing))
-        for way, load_factor in remedies:
+        outcome = found.outcome
+        remedies = {
+            Way.UNIFORM_TORSION: outcome.uniform_torsion,
+            Way.BIAXIAL: outcome.biaxial_crushing,
+            Way.OTHER_PROCEDURE: outcome.other_procedure,
+        }
+        for way, load_factor in remedies.items():
             low = load_factor / found.load_factor
             if low < 1 - EFFECT and (one := state(low * a0)):
                 ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low))

@@ -92,6 +92,7 @@ _WAYS = {
     Way.LOWER_END: "the lower end of the range of the load factor",
     Way.UNIFORM_TORSION: "joints with the torsion of uniform pressure",
     Way.BIAXIAL: "crushing about both axes",
+    Way.OTHER_PROCEDURE: "another procedure, as the load factor depends on self-stress",
     Way.WEIGHTS: "the displacement of the weights",
     Way.ALONE: "a body that overturns alone",
 }
