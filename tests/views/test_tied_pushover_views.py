@@ -93,7 +93,7 @@ def test_what_a_tie_bears_is_lost_where_it_breaks(analysis, result):
     assert slope[0] == pytest.approx(slope[1], rel=0.1)
     assert f"falls from {before:.4g} to {after:.4g}" in bs.results.breaking_words(result.capacity)[0]
     drawn = payload(analysis)["cases"][0]["pushover"]
-    assert (drawn["displacement"], drawn["load_factor"]) == (d.tolist(), alpha.tolist())
+    assert (drawn["displacement"], drawn["values"]) == (d.tolist(), alpha.tolist())
     line = figures.capacity(result).lines[0]
     assert line.get_ydata().tolist() == alpha.tolist()
 
