@@ -10,16 +10,13 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.geometry.tolerances import GRID
+from blockstruct.geometry.tolerances import GRID, ROUNDING
 from blockstruct.structures.cut import cut
-from blockstruct.structures.openings import AnyOpening, Opening
+from blockstruct.structures.openings import QUARTER, AnyOpening, Opening
 from blockstruct.structures.rubble import RubbleJoints
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
-
-#: Shortest piece at the end of a course, as a fraction of the unit.
-SHORTEST = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +45,7 @@ class Bond:
     @property
     def smallest(self) -> float:
         """Area of the smallest piece that a cut may leave, m²."""
-        return SHORTEST * self.unit_length * self.course_height
+        return QUARTER * self.unit_length * self.course_height
 
     def layers(self, number: int, shifted: bool) -> list[tuple[str, Interval, float, float]]:
         """Return name, extent through the wall, unit length and shift of the joints for each leaf, or for headers."""
@@ -67,7 +64,7 @@ class Bond:
 
     def apart(self, part: Interval, joints: Sequence[float]) -> list[float]:
         """Return the joints that leave no short piece at an end of a part."""
-        shortest = SHORTEST * self.unit_length * (1 - 1e-9)
+        shortest = QUARTER * self.unit_length * (1 - ROUNDING)
         return [x for x in joints if part[0] + shortest <= x <= part[1] - shortest]
 
 
@@ -137,11 +134,11 @@ class Panel:
                 remaining = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
                 if self.within is not None:
                     remaining = shapely.intersection(remaining, self.within, grid_size=grid)
-                if region.area - remaining.area <= 1e-9 * region.area:
+                if region.area - remaining.area <= ROUNDING * region.area:
                     lines = [part[0], *(joints if self.rubble else bond.apart(part, joints)), part[1]]
                     units += [(u, None) for u in pairwise(lines)]
                 else:
-                    outlines = cut(remaining, joints, bond.smallest * (1 - 1e-9))
+                    outlines = cut(remaining, joints, bond.smallest * (1 - ROUNDING))
                     units += [((float(o[:, 0].min()), float(o[:, 0].max())), o) for o in outlines]
             for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
                 yield Unit(f"{number}.{k}{layer}", u, v, outline)
@@ -179,7 +176,7 @@ class Panel:
 
     def _check_bearings(self, course: int, spans: Sequence[Interval]) -> None:
         for (_, end), (start, _) in pairwise(sorted(spans)):
-            if start < end - 1e-9 * self.bond.unit_length:
+            if start < end - ROUNDING * self.bond.unit_length:
                 msg = (
                     f"wall: two lintels of course {course} overlap from {start:.6g} to {end:.6g} m; give the openings "
                     "a shorter bearing: zero, or at most half the wall between them"
@@ -187,7 +184,7 @@ class Panel:
                 raise ModelError(msg)
 
     def _check_lintel(self, course: int, lintel: Any, shapes: Sequence[Any]) -> None:
-        slack = 1e-9 * lintel.area
+        slack = ROUNDING * lintel.area
         meets = any(shapely.intersection(lintel, shape).area > slack for shape in shapes)
         if meets or (self.within is not None and shapely.difference(lintel, self.within).area > slack):
             a, _, b, _ = lintel.bounds
@@ -213,6 +210,6 @@ def without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interv
             piece
             for a, b in left
             for piece in ((a, min(b, low)), (max(a, high), b))
-            if piece[1] - piece[0] > 1e-9 * (b - a)
+            if piece[1] - piece[0] > ROUNDING * (b - a)
         ]
     return left

@@ -9,6 +9,7 @@ from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model.fields import ModelObject, named_arguments, not_negative, optional_scalar, scalar
 from blockstruct.structures.arch_profile import ArchProfile
 from blockstruct.structures.builder import LENGTH, count, length, optional_count, optional_length
@@ -17,10 +18,8 @@ from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: Largest distance from a bed joint, relative to the height of a course: rounding.
-LEVEL = 1e-6
-#: Smallest part of a course above or below a ring of voussoirs.
-_LEAST = 0.25
+#: Smallest part of a unit or of a course that is left between a joint and an end, an opening or a ring.
+QUARTER = 0.25
 
 
 @frozen(repr=False, field_transformer=named_arguments)
@@ -199,7 +198,7 @@ def check_openings(
     top = courses * course_height
     for k, opening in enumerate(openings, start=1):
         what = f"{who}: opening {k} at {opening.start:.6g} m"
-        if opening.end > end * (1 + 1e-9):
+        if opening.end > end * (1 + ROUNDING):
             msg = f"{what} ends at {opening.end:.6g} m, beyond the wall of {end:.6g} m; move it or make it narrower"
             raise ModelError(msg)
         if isinstance(opening, Opening):
@@ -208,21 +207,21 @@ def check_openings(
             _check_ring(opening, within or shapely.box(0.0, 0.0, end, top), course_height, what)
         for other in openings[: k - 1]:
             shared = opening.outline(course_height).intersection(other.outline(course_height))
-            if shared.area > LEVEL * course_height**2:
+            if shared.area > NEGLIGIBLE * course_height**2:
                 msg = f"{what} overlaps the opening at {other.start:.6g} m; move one of them"
                 raise ModelError(msg)
 
 
 def _check_levels(opening: Opening, course_height: float, courses: int, what: str) -> None:
     head, top = opening.sill + opening.height, courses * course_height
-    if head > top * (1 + LEVEL):
+    if head > top * (1 + NEGLIGIBLE):
         msg = (
             f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in "
             f"{counted(courses, 'course')}; make the opening lower or the wall higher"
         )
         raise ModelError(msg)
     for name, z in (("sill", opening.sill), ("head", head)):
-        if abs(z / course_height - round(z / course_height)) > LEVEL:
+        if abs(z / course_height - round(z / course_height)) > NEGLIGIBLE:
             nearest = round(z / course_height) * course_height
             msg = (
                 f"{what}: {name} at {z:.6g} m is not on a bed joint of {counted(courses, 'course')} of "
@@ -234,7 +233,7 @@ def _check_levels(opening: Opening, course_height: float, courses: int, what: st
 def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str) -> None:
     outline = opening.outline(course_height)
     beyond = outline.difference(wall).area
-    if beyond > LEVEL * course_height**2:
+    if beyond > NEGLIGIBLE * course_height**2:
         low, foot, high, crown = outline.bounds
         msg = (
             f"{what}: with its ring it extends from {low:.6g} to {high:.6g} m along the wall and from {foot:.6g} to "
@@ -246,7 +245,7 @@ def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str)
         ends["foot"] = (outline.bounds[1], -1.0)
     for name, (z, sense) in ends.items():
         left = _to_joint(z, sense, course_height)
-        if LEVEL < left < _LEAST:
+        if NEGLIGIBLE < left < QUARTER:
             msg = (
                 f"{what}: the {name} of its ring at {z:.6g} m leaves {left:.1%} of a course to the bed joint at "
                 f"{z + sense * left * course_height:.6g} m; give it a keystone (for an arch, an odd number of "
@@ -258,14 +257,14 @@ def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str)
 def _to_joint(z: float, sense: float, course_height: float) -> float:
     """Return the distance up (sense 1) or down (sense −1) to the next bed joint, in courses; zero on a bed joint."""
     at = sense * z / course_height
-    return max(float(np.ceil(at - LEVEL) - at), 0.0)
+    return max(float(np.ceil(at - NEGLIGIBLE) - at), 0.0)
 
 
 def _with_keystone(ring: list[Array], k: int, sense: float, course_height: float) -> list[Array]:
     """Return the ring with its k-th voussoir extended to a near bed joint, if its back is level."""
     inner, back = ring[k][[0, 3]], ring[k][1:3]
     gap = _to_joint(float(back[0, 1]), sense, course_height)
-    if abs(back[0, 1] - back[1, 1]) > LEVEL * course_height or not gap < _LEAST:
+    if abs(back[0, 1] - back[1, 1]) > NEGLIGIBLE * course_height or not gap < QUARTER:
         return ring
     along = back - inner
     joint = back[0, 1] + sense * gap * course_height
@@ -283,5 +282,5 @@ def _levelled(outlines: Sequence[Array], course_height: float) -> list[Array]:
     for outline in outlines:
         u, z = outline.T
         joint = np.round(z / course_height) * course_height
-        levelled.append(np.column_stack([u, np.where(np.abs(z - joint) <= LEVEL * course_height, joint, z)]))
+        levelled.append(np.column_stack([u, np.where(np.abs(z - joint) <= NEGLIGIBLE * course_height, joint, z)]))
     return levelled

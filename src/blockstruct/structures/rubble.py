@@ -8,6 +8,7 @@ from numbers import Integral
 from attrs import Factory, define, field, frozen
 
 from blockstruct.errors import ModelError, shown
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.fields import ModelObject, named_arguments, scalar
 from blockstruct.structures.builder import LENGTH, length
 
@@ -52,7 +53,7 @@ class Rubble(ModelObject):
     overlap: float = field(converter=scalar, metadata=LENGTH)
 
     def __attrs_post_init__(self) -> None:
-        if self.longest < 2 * self.shortest * (1 - 1e-9):
+        if self.longest < 2 * self.shortest * (1 - ROUNDING):
             msg = (
                 f"Rubble: longest {self.longest:.6g} m is less than twice the shortest, {self.shortest:.6g} m; widen "
                 "the limits, so that units can fill every length"

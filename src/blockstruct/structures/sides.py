@@ -8,6 +8,7 @@ import shapely
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.fields import (
     LEFT_OUT,
     ModelObject,
@@ -19,9 +20,9 @@ from blockstruct.model.fields import (
     scalar,
     store,
 )
-from blockstruct.structures.bond import SHORTEST, Bond, Panel
+from blockstruct.structures.bond import Bond, Panel
 from blockstruct.structures.builder import LENGTH, count, length, optional_length
-from blockstruct.structures.openings import AnyOpening, check_openings
+from blockstruct.structures.openings import QUARTER, AnyOpening, check_openings
 from blockstruct.structures.rubble import RubbleJoints
 
 
@@ -66,7 +67,7 @@ class Sidewall(ModelObject):
         # A whole unit starts at the face of the wall, or half a unit from the face if a joint would otherwise be near
         # the back. A unit then joins both walls.
         beyond = t / wall.unit_length - np.floor(t / wall.unit_length)
-        origin = -t if SHORTEST <= beyond <= 1 - SHORTEST else -t + wall.unit_length / 2
+        origin = -t if QUARTER <= beyond <= 1 - QUARTER else -t + wall.unit_length / 2
         return Panel(name, wall, axes, heads, extent, openings, back=t, origin=origin, shifts_odd=True, rubble=rubble)
 
 
@@ -104,7 +105,7 @@ class Buttress(ModelObject):
     def __attrs_post_init__(self) -> None:
         if self.top_projection is None:
             store(self, top_projection=self.projection)
-        if self.top_projection > self.projection * (1 + 1e-9):
+        if self.top_projection > self.projection * (1 + ROUNDING):
             msg = (
                 f"{label(self)}: top_projection {self.top_projection:.6g} m is beyond the projection at the foot, "
                 f"{self.projection:.6g} m; give at most that"
@@ -144,7 +145,7 @@ Side = Sidewall | Buttress
 
 def check_sides(sides: Sequence[Side], openings: Sequence[AnyOpening], end: float, courses: int, wall: Bond) -> None:
     """Refuse sidewalls and buttresses off the wall or too high, or that overlap each other or an opening."""
-    slack = 1e-9 * wall.depth
+    slack = ROUNDING * wall.depth
     for k, side in enumerate(sides):
         width, place = side.width_in(wall), "at the back of" if side.behind else "in front of"
         who = f"wall: {label(side)} at {side.at:.6g} m"
@@ -175,5 +176,5 @@ def gable_levels(length: float, foot: float, rise: float, course: float, smalles
     """
     # The triangle above z has the area (apex − z)² L / (2 rise).
     tip = float(np.sqrt(2 * rise * smallest / length))
-    number = max(1, int(np.floor((rise - tip) / course * (1 + 1e-9))) + 1)
+    number = max(1, int(np.floor((rise - tip) / course * (1 + ROUNDING))) + 1)
     return [*(foot + k * course for k in range(1, number)), foot + rise]
