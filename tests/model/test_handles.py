@@ -52,7 +52,7 @@ def test_points_alone_equal_points_of_named_blocks(model, tmp_path):
         loads = [bs.SelfWeight(), bs.Weight(point=top, weight="2 kN", **names)]
         loads.append(bs.PointLoad(point=top, force="[0, 0, -1] kN", **names))
         control = ((last, "+y") if names else "+y",)
-        case = bs.Pushover("p", bs.LoadPattern("dead", loads), PUSH, control=control[0], control_point=top, steps=5)
+        case = bs.Pushover("p", bs.LoadPattern("dead", loads), PUSH, control=control[0], control_point=top, steps=3)
         bs.write_document(tmp_path / f"{len(runs)}.yaml", tied, [case])
         assert bs.read_document(tmp_path / f"{len(runs)}.yaml").cases == (case,)
         runs.append(bs.run(tied, [case])["p"])
