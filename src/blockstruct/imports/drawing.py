@@ -13,15 +13,59 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
-from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import enclosed, prism, read_outline
 from blockstruct.imports.solid import Content, Face, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH
 from blockstruct.model import Material
-from blockstruct.model.checks import positive_length
+from blockstruct.model.checks import MOST_BLOCKS, positive_length
 from blockstruct.units import QuantityLike
+
+
+def check_expansion(drawing: Any, path: Path, depth: int) -> None:
+    """Refuse a drawing whose inserted blocks expand to too many entities, followed to a depth.
+
+    Raises
+    ------
+    GeometryFileError
+        If there are too many. The message names the block in the model space with the most entities.
+    """
+    known: dict[tuple[str, int], int] = {}
+
+    def inside(name: str, level: int) -> int:
+        """Return the number of entities in a block, including nested blocks."""
+        key = (name.lower(), level)
+        if key not in known:
+            known[key] = sum(sizes_of(drawing.blocks.get(name) or (), level)) if level <= depth else 0
+        return known[key]
+
+    def sizes_of(entities: Iterable[Any], level: int) -> Iterable[int]:
+        for entity in entities:
+            yield 1
+            if entity.dxftype() == "INSERT":
+                yield _copies(entity) * (1 + inside(_name(entity), level + 1))
+
+    inserts = [e for e in drawing.modelspace() if e.dxftype() == "INSERT"]
+    sizes = [_copies(e) * (1 + inside(_name(e), 1)) for e in inserts]
+    if sum(sizes) > MOST_BLOCKS:
+        worst = inserts[sizes.index(max(sizes))]
+        msg = (
+            f"{path}: its blocks expand to {sum(sizes):.3g} entities, block {_name(worst)!r} alone to "
+            f"{max(sizes):.3g}, the limit is {MOST_BLOCKS}; remove entities that are not stones, or draw fewer copies"
+        )
+        raise GeometryFileError(msg)
+
+
+def _name(insert: Any) -> str:
+    return str(insert.dxf.get("name", ""))
+
+
+def _copies(insert: Any) -> int:
+    """Return rows times columns in the file, at most a billion."""
+    rows, columns = (int(insert.dxf.get(f"{what}_count", 1)) for what in ("row", "column"))
+    return min(max(1, rows) * max(1, columns), 10**9)
+
 
 Array = NDArray[np.float64]
 
