@@ -63,7 +63,7 @@ def test_the_page_has_the_blocks_where_they_are(analysis):
     pushed, plain = data["cases"]
     assert "pushover" not in plain
     curve = analysis["push"].capacity
-    assert pushed["pushover"]["load_factor"] == curve["load_factor"].to_numpy().tolist()
+    assert pushed["pushover"]["values"] == curve["load_factor"].to_numpy().tolist()
     raw = zlib.decompress(base64.b64decode(pushed["pushover"]["motion"]))
     motion = np.frombuffer(raw, "<f4").reshape(curve.sizes["step"], 2, 12)
     # At the end the block has turned about its edge (0.3, y, 0) until its centroid is above it.

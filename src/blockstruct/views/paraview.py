@@ -185,6 +185,7 @@ class _Still:
         of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
         position, rotation = curve["position"].to_numpy(), bs.results.block_rotations(curve)
         values = {"load factor [dimensionless]": curve["load_factor"], _CONTROL: curve["displacement"]}
+        values |= {"reaction [newton]": curve["reaction"]} if "reaction" in curve else {}
         for k in range(curve.sizes["step"]):
             blocks = self.blocks.copy()
             moved = position[k, of] + np.einsum("vij,vj->vi", rotation[k, of], arm)
