@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.model import Model, tie_segments
 from blockstruct.motion import MotionState, zero_displacement
-from blockstruct.results.pushed_ties import break_displacements
+from blockstruct.results.ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES

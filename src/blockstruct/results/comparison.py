@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,12 +13,10 @@ from numpy.typing import NDArray
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_comparison import compared_curves
-from blockstruct.results.mechanism import motion_of
+from blockstruct.results.interfaces import at_points
+from blockstruct.results.mechanism import ACCURACY, motion_of
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
-
-#: Relative difference of two measures, beyond their tolerances, that counts as rounding.
-_ROUNDING = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +72,7 @@ class Comparison:
     def __str__(self) -> str:
         lines = [f"{'the same model' if self.same_model else 'different models'}, {counted(len(self.cases), 'case')}"]
         for name, row in self.cases.iterrows():
-            answers = [_said(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
+            answers = [_answer(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
             ended = [in_words(row[f"status{suffix}"]) for suffix in ("", "_other")]
             lines.append(
                 f"  {name}: {ended[0]} {answers[0]}, other {ended[1]} {answers[1]}, "
@@ -98,7 +95,7 @@ def _shown(difference: float) -> str:
     return f"{difference:.1e}" if np.isfinite(difference) else "not comparable"
 
 
-def _said(value: float, unit: str) -> str:
+def _answer(value: float, unit: str) -> str:
     """Return a load factor, or a reaction in a readable unit, as text."""
     if not (unit and np.isfinite(value)):
         return f"{value:.8g}"
@@ -140,8 +137,8 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             outcome = None if result is None else result.curve_outcome
             row[f"curve_ended{suffix}"] = "" if outcome is None else outcome.end.value
         if first is not None and second is not None:
-            row["force_difference"] = _state_difference(first, second, partial(_at_points, name="contact_force"))
-            motions = partial(_at_points, name="relative_velocity"), motion_of
+            row["force_difference"] = _state_difference(first, second, lambda last: at_points(last, "contact_force"))
+            motions = (lambda last: at_points(last, "relative_velocity")), motion_of
             row["mechanism_difference"] = max(_state_difference(first, second, motion) for motion in motions)
             row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(first.settings.flat, second.settings.flat)
@@ -166,10 +163,6 @@ def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
-
-
-def _at_points(iteration: xr.Dataset, name: str) -> NDArray[np.float64]:
-    return np.asarray(iteration[name].transpose("contact_point", "component"))
 
 
 def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.Dataset], Any]) -> float:
@@ -202,7 +195,7 @@ def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
         (a.flow_rule_gap, b.flow_rule_gap, limit),
     )
     # Two NaN agree with each other, and a NaN with nothing else.
-    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, _ROUNDING * abs(x)) for x, y, scale in pairs)
+    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, ACCURACY * abs(x)) for x, y, scale in pairs)
     return a.holds == b.holds and all(alike)
 
 

@@ -6,16 +6,13 @@ from numpy.typing import NDArray
 
 from blockstruct import text
 from blockstruct.model import LoadPattern, Model
-from blockstruct.results.macro_blocks import macro_blocks
-from blockstruct.results.mechanism import mechanism
-from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.interfaces import active_joints, at_points, contact_state
+from blockstruct.results.mechanism import macro_blocks, mechanism
 from blockstruct.results.ties import tie_sentences
 from blockstruct.vocabulary import ContactState, Stage, Status
 
 Array = NDArray[np.float64]
 
-#: Share of the largest measure of a joint below which a joint is not listed.
-_MAIN = 0.02
 _KINDS = {
     ContactState.HINGE: "Hinges",
     ContactState.SLIDING: "Sliding joints",
@@ -71,17 +68,15 @@ def failures(history: xr.Dataset) -> str:
 
 
 def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
-    """Return the joints that fail in each way, the most active first.
+    """Return the joints that fail in each way in the last iteration, the most active first.
 
-    The last iteration counts.
-
-    Hinges are ranked by normal force times opening velocity, the others by dissipation.
+    Hinges are ranked by normal force times opening velocity, the others by dissipation. Joints below a share of the
+    largest, :data:`blockstruct.text.SMALL`, are left out.
     """
     last = history.isel(iteration=-1)
     state = contact_state(last)
     index = last["interface_of_contact_point"].to_numpy()
-    force = last["contact_force"].transpose("contact_point", "component").to_numpy()
-    v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
 
     def per_joint(values: Array) -> Array:
         return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
@@ -99,5 +94,5 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
         largest = ranked.max(initial=0.0)
         if largest > 0:
             order = np.argsort(-ranked, kind="stable")
-            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > _MAIN * largest]
+            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > text.SMALL * largest]
     return joints

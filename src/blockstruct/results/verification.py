@@ -26,13 +26,13 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_verification import curve_contradictions
 from blockstruct.results.history import division_of
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.statics import Division, Statics
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.text import LISTED
+from blockstruct.vocabulary import Stage, Status, listed
 
 Array = NDArray[np.float64]
 
-#: Relative difference of two computations of one measure that rounding explains.
-_ROUNDING = 1e-3
 #: Contact points of iterations compared at once: large histories are read from a file in parts.
 _AT_ONCE = 100_000
 #: Difference of coordinates and strengths between history and model, relative to their size, that rounding explains.
@@ -131,9 +131,8 @@ def confirm(analysis: Analysis) -> None:
     """
     found = contradictions(analysis)
     if found:
-        listed = "; ".join(f"case {name!r}: {what}" for name, what in found[:5])
-        more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
-        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are not proof"
+        some = listed([f"case {name!r}: {what}" for name, what in found], LISTED)
+        msg = f"analysis of {analysis.model.name!r}: {some}; run the model again, these results are not proof"
         raise CertificateError(msg)
 
 
@@ -313,7 +312,7 @@ def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
     """Return whether values (n, ...) differ beyond rounding."""
     axes = tuple(range(1, stored.ndim))
     largest = np.abs(np.where(np.isfinite(expected), expected, 0.0)).max(axis=axes, initial=0.0, keepdims=True)
-    same = np.isclose(stored, expected, rtol=0, atol=_ROUNDING * largest, equal_nan=True)
+    same = np.isclose(stored, expected, rtol=0, atol=ACCURACY * largest, equal_nan=True)
     return np.asarray(~same.all(axis=axes))
 
 
@@ -334,4 +333,4 @@ def _motion(history: xr.Dataset, part: slice) -> Array:
 def _same(one: float, other: float, scale: float) -> bool:
     if np.isnan(one) or np.isnan(other):
         return bool(np.isnan(one) and np.isnan(other))
-    return abs(one - other) <= max(_ROUNDING * abs(other), 1e-2 * scale, 1e-9)
+    return abs(one - other) <= max(ACCURACY * abs(other), 1e-2 * scale, 1e-9)

@@ -4,26 +4,30 @@ Every function takes facts and returns text or a :class:`Note`. Nothing reads a 
 """
 
 from blockstruct.text import assessment, report, study
-from blockstruct.text.answer import LOAD_FACTOR, Answer
 from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
 from blockstruct.text.case import (
     admissible_state,
     capitalised,
+    caveats,
     certificate_sentence,
+    curve_end,
+    ended,
+    found_by,
     more_ties_hold,
     no_curve,
     pushed_states,
+    range_text,
+    response_sentences,
+    sentence,
     settled_schedules,
     statics_range,
     tie_holds,
     tilting_table,
+    why,
 )
-from blockstruct.text.caveats import caveats
-from blockstruct.text.curve import curve_end
-from blockstruct.text.ending import ended, found_by, range_text, sentence, why
 from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
+from blockstruct.text.masses import pushed_masses
 from blockstruct.text.mechanism import (
-    LISTED,
     NO_COLLAPSE_STATE,
     SMALL,
     STEPS_OF_PATH,
@@ -39,14 +43,13 @@ from blockstruct.text.mechanism import (
     smaller_bodies,
 )
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
-from blockstruct.text.record import response_sentences
-from blockstruct.text.supports import more_rollers, roller_sentence
-from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
+from blockstruct.text.numbers import BEYOND, FEW, LISTED, LOAD_FACTOR, Answer, in_g, ratio_text, shown, told_apart
+from blockstruct.text.ties import kilonewton, more_rollers, roller_sentence, tie_sentence, tie_title
 
 __all__ = [
     # numbers
     "BEYOND",
+    "FEW",
     "in_g",
     "ratio_text",
     "shown",
@@ -75,6 +78,7 @@ __all__ = [
     "curve_end",
     "more_ties_hold",
     "no_curve",
+    "pushed_masses",
     "pushed_states",
     "response_sentences",
     "settled_schedules",

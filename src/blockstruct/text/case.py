@@ -1,11 +1,251 @@
-"""Sentences on the result of a case: statics, certificate, schedules, pushover."""
+"""Sentences on the result of a case: its end and number, caveats, certificate, curve, response to a record."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
-from blockstruct.limit import Certificate
-from blockstruct.text.answer import Answer
+import numpy as np
+
+from blockstruct.limit import Certificate, Outcome
+from blockstruct.motion import CurveOutcome
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import FEW, Answer
 from blockstruct.text.ties import kilonewton, tie_title
-from blockstruct.vocabulary import Status, counted
+from blockstruct.vocabulary import CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
+
+_FOUND_BY = {
+    Procedure.LOADING_PATH: "along its loading path",
+    Procedure.FICTITIOUS: "by fictitious sliding conditions",
+    Procedure.SHIFTED: "by the shifted objective",
+    Procedure.ASSOCIATIVE: "with associative flow",
+}
+_PATH_ENDS = {
+    PathEnd.NO_DEAD_LOAD_STATE: "it found no state under dead load to begin with",
+    PathEnd.STEP_NOT_SOLVED: "one of its steps was not solved",
+    PathEnd.LIMIT_REACHED: "it reached its largest displacement",
+    PathEnd.NOT_CERTIFIED: "no state at its end met the tolerances of the certificate",
+}
+_REASONS = {
+    Reason.CERTIFIED: "the certificate holds",
+    Reason.DEAD_LOAD_NOT_CARRIED: "the joints carry at most {carried:.3g} of the dead load",
+    Reason.DEAD_LOAD_COLLAPSES: (
+        "friction between supports holds {hung} under the dead load in some states of self-stress and not in others"
+    ),
+    Reason.DEAD_LOAD_UNDECIDED: "the solver found neither forces that carry the dead load nor a mechanism",
+    Reason.NEVER_COLLAPSES: "the joints carry any multiple of {load}",
+    Reason.CARRIES_ANY_LOAD: (
+        "the joints can carry any multiple of {load}, which without dilatancy does not exclude collapse"
+    ),
+    Reason.GROWS_WITHOUT_LIMIT: "the {number} grows without limit, and the joints can carry any multiple of {load}",
+    Reason.NEVER_SETTLES: "still {rising} at {last}, the blocks jam",
+    Reason.PROGRAM_NOT_SOLVED: "the solver did not solve the first program",
+    Reason.NO_CERTIFICATE: "no certificate in {programs}",
+    Reason.NEGATIVE_LOAD_FACTOR: "the only state that was found has a negative load factor",
+    Reason.AT_REST: "at rest after the record",
+    Reason.BLOCKS_FALLEN: "a block has fallen or turned over",
+    Reason.STILL_MOVING: "blocks still move at the end",
+    Reason.STEP_NOT_SOLVED: "a step was not solved, and the response ends there",
+    Reason.INTERRUPTED: "the user stopped the run",
+    Reason.KILLED: "the run was killed",
+    Reason.NOT_BEGUN: "no program was solved",
+}
+_WITHOUT_NUMBER = {
+    Status.UNSTABLE: "does not stand under its dead load",
+    Status.UNBOUNDED: "never collapses",
+    Status.INTERRUPTED: "interrupted",
+    Status.STANDS: "stands",
+    Status.COLLAPSES: "collapses at {time:.4g} s",
+    Status.UNDECIDED: "undecided",
+}
+
+
+def found_by(outcome: Outcome) -> str:
+    """Return how the load factor was found, as in ``"along its loading path"``; empty without one."""
+    return _FOUND_BY[outcome.procedure] if outcome.procedure is not None else ""
+
+
+def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
+    """Return why a case ended with its status, without a full stop.
+
+    If another procedure found the load factor, the text states why the loading path did not finish.
+    """
+    last = "" if outcome.drift is None else answer.text(outcome.drift[1])
+    text = _REASONS[outcome.reason].format(
+        carried=outcome.carried,
+        hung=listed(hung, FEW) or "the structure",
+        load="this motion of the supports" if answer.is_reaction else "the variable load",
+        number=answer.name,
+        rising="falling" if answer.is_reaction else "rising",
+        last=last,
+        programs=counted(outcome.programs, "program"),
+    )
+    if outcome.path_end not in (None, PathEnd.CLOSED):
+        text += f"; the loading path did not finish: {_PATH_ENDS[outcome.path_end]}"
+    if np.isfinite(outcome.load_ratio):
+        text += (
+            f"; the loads of two blocks that touch are up to {outcome.load_ratio:.1e} apart, too far for the solver: "
+            "give plates and wedges between heavy blocks no weight, or more"
+        )
+    return text
+
+
+def ended(outcome: Outcome, *, has_procedure: bool) -> str:
+    """Return how a case ended in two or three words, such as ``"NOT SETTLED"``.
+
+    Parameters
+    ----------
+    outcome
+        The outcome.
+    has_procedure
+        Whether the case is non-associative, so that a load factor may be unsettled.
+    """
+    if outcome.status is not Status.CONVERGED or not has_procedure:
+        return outcome.status.words
+    return outcome.status.words if outcome.settled else "NOT SETTLED"
+
+
+def range_text(ends: tuple[float, float] | None, answer: Answer) -> str:
+    """Return the range of a load factor over the variants of its loading path; empty without one."""
+    if ends is None:
+        return ""
+    low, high = answer.ends(ends)
+    if low == high:
+        return "the same by other steps and joint stiffness"
+    return f"{low} to {high} by step length and joint stiffness"
+
+
+def sentence(
+    outcome: Outcome,
+    answer: Answer,
+    *,
+    bound: float = np.nan,
+    path_range: tuple[float, float] | None = None,
+    hung: Sequence[str] = (),
+    digits: int = 4,
+) -> str:
+    """Return how a case ended, its number, how it was found and between which limits it lies.
+
+    Parameters
+    ----------
+    outcome, answer
+        The outcome, and the name of its number.
+    bound
+        Load factor with associative flow, an upper bound; infinite if it has none, NaN if unknown.
+    path_range
+        Lowest and highest load factor of the variants of the loading path.
+    hung
+        Blocks whose dead load depends on self-stress.
+    digits
+        Significant digits of the numbers.
+
+    Examples
+    --------
+    >>> from blockstruct.limit import Outcome
+    >>> from blockstruct.text import LOAD_FACTOR
+    >>> from blockstruct.vocabulary import Procedure, Reason, Status
+    >>> found = Outcome(Status.CONVERGED, 0.5509, Reason.CERTIFIED, Procedure.LOADING_PATH, settled=True)
+    >>> sentence(found, LOAD_FACTOR, bound=0.7498)
+    'collapses at load factor 0.5509 along its loading path (certified; associative bound 0.7498)'
+    """
+    if outcome.status is not Status.CONVERGED:
+        text = _WITHOUT_NUMBER.get(outcome.status, f"no {answer.name}").format(time=outcome.collapse_time)
+        return f"{text}: {why(outcome, answer, hung)}"
+    number, bounds = answer.text(outcome.load_factor, digits), []
+    if path_range is not None:
+        bounds.append(range_text(path_range, answer))
+    last = "" if outcome.drift is None else "{} to {}".format(*answer.ends(outcome.drift))
+    if np.isfinite(outcome.without_crushing):
+        bounds.append(f"without crushing; with crushing {last}")
+    elif last and not outcome.settled:
+        bounds.append(f"its last values are {last}")
+    bounds.append("certified")
+    if outcome.procedure is Procedure.ASSOCIATIVE:
+        bounds.append("a bound of every other flow rule")
+    elif np.isfinite(bound):
+        bounds.append(f"associative bound {answer.text(bound, digits)}")
+    elif np.isinf(bound):
+        bounds.append("no associative bound")
+    verb = "follows its supports at a" if answer.is_reaction else "collapses at"
+    text = f"{verb} {answer.name} {'of ' * answer.is_reaction}{number} {found_by(outcome)} ({'; '.join(bounds)})"
+    if np.isfinite(outcome.peak):
+        text += f" after {_peak(outcome, answer, digits)}"
+    if not outcome.settled:
+        text = f"NOT SETTLED, {text}"
+    if outcome.stands_in:
+        text += f". The loading path did not finish: {_PATH_ENDS[outcome.path_end or PathEnd.NOT_CERTIFIED]}"
+    return text
+
+
+def _peak(outcome: Outcome, answer: Answer, digits: int) -> str:
+    peak = answer.text(outcome.peak, digits)
+    if answer.is_reaction:
+        return f"a least reaction of {peak} on the way"
+    return f"a peak of {peak}: a load that does not yield brings it down at the peak"
+
+
+_JAMMED = (
+    "With dilatancy the joints carry any multiple of the variable load, so this load factor has no upper bound. "
+    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+)
+_JAMMED_SUPPORT = (
+    "With dilatancy the joints resist this motion of the supports with any force, so this reaction has no lower bound. "
+    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+)
+_NOT_PROVEN = (
+    "The proof that {claim} holds for joints that dilate by their friction angle. For joints that do not, the "
+    "procedure found that its {answer} grows without limit."
+)
+_JAMMED_PART = (
+    "With dilatancy no {answer} moves {names}. Without it, self-stress decides whether they move first, which the "
+    "model does not determine. Other procedures may find another {answer}."
+)
+_NOT_SETTLED = (
+    "The {answer} had not settled when the procedure ended: it is certified as a collapse state, and another state at "
+    "another {answer} may come first. Do not rely on it."
+)
+_RAISED = (
+    "With crushing the procedure ended at a higher {answer} than without, in another collapse state that crushing led "
+    "to. The {answer} given is the one without crushing, whose history is not kept. Do not rely on the state shown."
+)
+_STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
+
+
+def caveats(
+    outcome: Outcome,
+    answer: Answer,
+    *,
+    bound: float,
+    is_searched: bool,
+    jammed: Sequence[str],
+) -> tuple[Note, ...]:
+    """Return the warnings that belong to the number of a non-associative case.
+
+    Parameters
+    ----------
+    outcome, answer
+        How the case ended, and the name of its number.
+    bound
+        Load factor with associative flow.
+    is_searched
+        Whether a procedure without dilatancy found load factors before it ended.
+    jammed
+        Blocks whose share of the variable load depends on self-stress.
+    """
+    found, unbounded = list[tuple[NoteCode, str]](), bound == np.inf
+    if outcome.status is Status.CONVERGED:
+        if np.isfinite(outcome.without_crushing):
+            found.append((NoteCode.RAISED_BY_CRUSHING, _RAISED))
+        elif not outcome.settled:
+            found.append((NoteCode.NOT_SETTLED, _NOT_SETTLED))
+        if outcome.stands_in:
+            found.append((NoteCode.STANDS_IN, _STANDS_IN))
+        if unbounded:
+            found.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
+    if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
+        found.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
+    if jammed and not unbounded:
+        found.append((NoteCode.JAMMED_PART, _JAMMED_PART))
+    claim = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
+    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, FEW)}
+    return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)
 
 
 def capitalised(text: str) -> str:
@@ -116,3 +356,88 @@ def more_ties_hold(count: int) -> str:
 def tilting_table(angle: float) -> str:
     """Return the clause on the angle, degrees, at which a structure falls on a tilting table."""
     return f"on a tilting table: falls at {angle:.4g} deg"
+
+
+def curve_end(outcome: CurveOutcome, control: tuple[str, tuple[float, float, float]]) -> str:
+    """Return a clause on the end of a curve, with what to do if there is none.
+
+    Parameters
+    ----------
+    outcome
+        Its facts.
+    control
+        Block and direction of the control point.
+    """
+    block, direction = control
+    names, at = listed(list(outcome.blocks)), f"at a displacement of {outcome.displacement:.6g} m"
+    moves = f"block {outcome.blocks[0]!r} moves furthest, along {_vector(outcome.direction)}" if outcome.blocks else ""
+    match outcome.end:
+        case CurveEnd.ZERO:
+            stands = f", where the control point at block {block!r} stands still or goes back: {moves}"
+            return f"the load factor is zero {at}{stands if outcome.stands else ''}"
+        case CurveEnd.FALLS:
+            return f"blocks fall under the dead load alone {at} ({names}), and the method ends"
+        case CurveEnd.NOT_SOLVED:
+            return (
+                f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
+                "it cannot move; and the method ends"
+            )
+        case CurveEnd.LIMIT_REACHED:
+            return (
+                f"no end after {outcome.states} states: ask for more steps, or follow a point and a direction that the "
+                "mechanism goes along"
+            )
+        case CurveEnd.RESTS:
+            return (
+                f"the control point at block {block!r} does not move along {_vector(direction)} in the collapse "
+                f"mechanism, and there is no curve over its displacement; {moves}"
+            )
+        case CurveEnd.EARLIER_VERSION:
+            return "the file is of an earlier version, whose curves are no longer read: run the case again"
+        case CurveEnd.BEGINS_ABOVE:
+            where = f"{names}, where the model has no interface" if names else "faces larger than its interfaces"
+            return (
+                f"no curve: with sharp corners it would begin at a load factor of {outcome.load_factor:.4g}, above "
+                f"that of the collapse state, as blocks that move touch wherever faces do: forces at {where}. Give the "
+                "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
+            )
+
+
+def _vector(direction: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
+
+
+def response_sentences(
+    *,
+    largest: tuple[float, str],
+    remaining: tuple[float, str],
+    fallen: Sequence[str],
+    end: float,
+    step: float,
+    steps: int,
+) -> list[str]:
+    """Return the sentences on a response.
+
+    Parameters
+    ----------
+    largest, remaining
+        Largest displacement during the motion and at its end, m, each with its block.
+    fallen
+        Blocks that have fallen.
+    end
+        Time of the last state, s.
+    step, steps
+        Length of the steps, s, and their number.
+
+    Examples
+    --------
+    >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
+    >>> print(*response_sentences(**at, fallen=[], end=8, step=2e-3, steps=4100))
+    The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
+    """
+    found = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
+    if fallen:
+        found.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
+    else:
+        found.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
+    return [*found, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]

@@ -5,13 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.text.numbers import LISTED
 from blockstruct.vocabulary import AXES, coordinate, counted
 
 Array = NDArray[np.float64]
 
-#: Names or bodies that a text lists before it counts the rest.
-LISTED = 5
-#: Share of the moving weight below which bodies are summed in one line.
+#: Share of the whole weight, or of the largest value, below which a body, joint or force is not shown by itself.
 SMALL = 0.02
 #: Translation of a centroid, relative to the speed of its body, below which it counts as at rest.
 _STAYS = 1e-3

@@ -8,8 +8,6 @@ import blockstruct as bs
 from blockstruct import text
 from blockstruct.vocabulary import MOTIONS
 
-#: Holding ties of a pushover, and supports of some motions, that are listed.
-_LISTED = 5
 #: Statuses whose history may hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
@@ -64,9 +62,9 @@ def roller_words(result: bs.CaseResult) -> list[str]:
         return []
     sentences = [
         text.roller_sentence(b.name, {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held})
-        for b, row in zip(rollers[:_LISTED], values, strict=False)
+        for b, row in zip(rollers[: text.LISTED], values, strict=False)
     ]
-    return sentences + [text.more_rollers(len(rollers) - _LISTED)] * (len(rollers) > _LISTED)
+    return sentences + [text.more_rollers(len(rollers) - text.LISTED)] * (len(rollers) > text.LISTED)
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:
@@ -85,8 +83,8 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
         names = [str(name) for name in curve["tie"].to_numpy()]
         held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
         longest, largest = (curve[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
-        sentences += [text.tie_holds(names[k], longest[k], largest[k]) for k in held[:_LISTED]]
-        sentences += [text.more_ties_hold(len(held) - _LISTED)] * (len(held) > _LISTED)
+        sentences += [text.tie_holds(names[k], longest[k], largest[k]) for k in held[: text.LISTED]]
+        sentences += [text.more_ties_hold(len(held) - text.LISTED)] * (len(held) > text.LISTED)
     return sentences
 
 

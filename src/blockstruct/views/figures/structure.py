@@ -1,4 +1,4 @@
-"""The structure, with joints coloured by state or utilisation."""
+"""The structure, with joints coloured by state or utilisation, or with its overall dimensions."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,12 +15,17 @@ from blockstruct.views.figures.bodies import Lines
 from blockstruct.views.figures.canvas import Canvas, legend_above, stones
 from blockstruct.views.selection import application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, FULLY_USED, STATE_COLOURS, UTILISATION, parts
+from blockstruct.views.style import ACCENT, FORCE, STATE_COLOURS, UTILISATION, parts
+from blockstruct.views.view import View
 
 Array = NDArray[np.float64]
 
 _DASH, _WIDTH, _BAR = 2.5, 2.0, 3.2
-_COLOURS = ("state", "sliding", "crushing")
+#: Distance of dimension lines from the structure, relative to its size.
+_OFF = 0.06
+#: Length on the page, relative to the size, below which an edge points at the reader and has no dimension.
+_VISIBLE = 0.02
+_LINE: Any = {"arrowstyle": "<->", "color": "0.35", "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
 
 
 def structure(
@@ -62,22 +67,21 @@ def structure(
         stress blocks are asked for and no joint has a compressive strength.
     """
     colour = color or colour
-    if colour not in _COLOURS:
+    draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}.get(colour)
+    if draw is None:
         msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
         raise bs.errors.ModelError(msg)
-    lines: Lines | None = None
-    handles: dict[str, Any] = {}
+    lines, handles, index = None, dict[str, Any](), -1
     if isinstance(shown, bs.Model):
         model = shown
     else:
         result = given_result(shown, "structure")
-        draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}[colour]
-        lines, handles = draw(result, chosen_iteration(result, iteration))
+        index = chosen_iteration(result, iteration)
+        lines, handles = draw(result, index)
         model = result.model
     canvas = Canvas.of(shown, ax, look)
     solids = Solids.of(model)
     canvas.bodies(model, solids, solids.vertices, stones(model), lines)
-    index = -1 if isinstance(shown, bs.Model) else chosen_iteration(shown, iteration)
     handles |= canvas.ties(shown, index)
     canvas.frame(solids.vertices)
     if colour == "sliding" and lines is not None:
@@ -144,11 +148,11 @@ def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, An
     lines = _edges(result.model)
     of = lines.interface
     used = bs.results.utilisation(result.history.isel(iteration=[iteration]))["sliding"].to_numpy()[0]
-    full = used >= FULLY_USED
+    full = used >= bs.results.FULLY_USED
     line = np.flatnonzero(np.isfinite(used[of]))
     # Above the scale, the colour of full utilisation.
     colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[of[line]]
-    handles = {f"fully used (≥ {FULLY_USED})": Line2D([], [], color=FORCE, lw=_WIDTH)} if full.any() else {}
+    handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=FORCE, lw=_WIDTH)} if full.any() else {}
     return _chosen(lines, line, colours, _WIDTH, ["-"] * len(line)), handles
 
 
@@ -184,3 +188,49 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
 
 def _chosen(lines: Lines, which: NDArray[np.int64], colours: Array, width: float, dashes: list[Any]) -> Lines:
     return Lines(lines.ends[which], lines.interface[which], colours, np.full(len(which), width), dashes)
+
+
+def dimensions(model: bs.Model, *, look: Any = None, ax: Axes | None = None) -> Axes:
+    """Draw a model with the overall dimensions of its free blocks, m.
+
+    Parameters
+    ----------
+    model
+        The structure.
+    look, ax
+        As in :func:`structure`.
+    """
+    ax = structure(model, look=look, ax=ax)
+    view = View.of(model, look)
+    vertices = np.concatenate([b.shape.vertices for b in model.blocks if not b.fixed])
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    corners = np.array([(x, y, low[2]) for x in (low[0], high[0]) for y in (low[1], high[1])])
+    seen = view.project(vertices)
+    size = float(np.ptp(seen, axis=0).max())
+    # Horizontal edges meet at the bottom corner nearest to the reader; the vertical one is at the right end.
+    near = corners[np.argmax(corners @ view.basis[2] - 1e-6 * corners @ view.basis[1])]
+    right = corners[np.argmax(view.project(corners)[:, 0] + 1e-6 * (corners @ view.basis[2]))]
+    for axis in range(3):
+        start = near if axis < 2 else right
+        end = start.copy()
+        end[axis] = low[axis] + high[axis] - start[axis]
+        ends = view.project(np.array([start, end]))
+        if np.linalg.norm(ends[1] - ends[0]) < _VISIBLE * size:
+            continue
+        ends += _OFF * size * (np.array([1.0, 0.0]) if axis == 2 else np.array([0.0, -1.0]))
+        ax.annotate("", ends[0], ends[1], arrowprops=_LINE, annotation_clip=False)
+        ax.annotate(
+            f"{high[axis] - low[axis]:.4g} m",
+            ends.mean(axis=0),
+            ha="center",
+            va="center",
+            fontsize="small",
+            annotation_clip=False,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+        )
+        grown = [np.array(ax.get_xlim()), np.array(ax.get_ylim())]
+        for k, (limits, margin) in enumerate(zip(grown, (0.12, 0.04), strict=True)):
+            limits[0] = min(limits[0], ends[:, k].min() - margin * size * (k == 1))
+            limits[1] = max(limits[1], ends[:, k].max() + margin * size * (axis == 2 and k == 0))
+        ax.set(xlim=grown[0], ylim=grown[1])
+    return ax
