@@ -14,6 +14,7 @@ from blockstruct.views import figures, result_text
 from blockstruct.views.page import write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.paraview import write_paraview
+from refusals import refused
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 pv = pytest.importorskip("pyvista")
@@ -40,21 +41,17 @@ def test_figure(analysis):
     assert "capacity" not in [d.name for d in figures.drawings(analysis["plain"])]
 
 
-def test_a_case_without_a_curve_is_told(analysis):
-    with pytest.raises(bs.errors.ModelError, match=r"no capacity curve, .*; run a Pushover"):
+def test_a_case_without_a_curve_says_why(analysis, tmp_path, call):
+    with refused(bs.errors.ModelError, "'plain' Pushover"):
         figures.capacity(analysis["plain"])
-    with pytest.raises(bs.errors.ModelError, match=r"the curve is a NoneType; give result.capacity"):
+    with refused(bs.errors.ModelError, "NoneType result.capacity"):
         bs.results.capacity_frame(analysis["plain"].capacity)
-
-
-def test_a_pushover_without_a_curve_says_why(analysis, tmp_path, call):
     case = attrs.evolve(analysis["push"].case, control=("block", (0, 1, 0)))
     found = bs.AnalysisManager(analysis.model, tmp_path / "rests.h5").run([case])
-    with pytest.raises(bs.errors.ModelError, match=r"does not move along \(0, 1, 0\) .*, along \(0.981, 0, 0.196\)$"):
+    with refused(bs.errors.ModelError, "(0, 1, 0) (0.981, 0, 0.196)"):
         figures.capacity(found["push"])
     code, _, err = call("history", tmp_path / "rests.h5", "push", "--pushover")
-    assert code == 2
-    assert "--pushover: case 'push': no capacity curve, " in " ".join(err.split())
+    assert (code, "--pushover: case 'push': " in " ".join(err.split())) == (2, True)
     assert found["push"].missing_curve in result_text(found["push"]).plain
 
 

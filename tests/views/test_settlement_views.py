@@ -6,13 +6,11 @@ import re
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
-import numpy as np
 import pytest
 from rich.console import Console
 
 import blockstruct as bs
 from blockstruct import Q_, views
-from blockstruct.text import Answer, report
 from blockstruct.views import figures
 from blockstruct.views.page.payload import payload
 from blockstruct.views.report import report_html
@@ -69,23 +67,6 @@ def test_the_console_shows_reactions(analysis):
     assert "R [N·m]" in printed(views.iteration_table(found["turns"].history))
     assert "reaction / load factor" in printed(views.summary_table(found))
     assert re.search(r"goes down .* 20571\.\d N", printed(views.archive_table(bs.Archive(folder).table())))
-
-
-def test_the_ends_of_a_range_have_one_unit():
-    moment = Answer("reaction", "R", "moment")
-    assert [moment.format(-2256.8, alongside=-456.3), moment.format(-456.3, alongside=-2256.8)] == [
-        "-2.257 kN·m",
-        "-0.4563 kN·m",
-    ]
-    assert moment.format(-456.3, alongside=np.inf) == moment.format(-456.3) == "-456.3 N·m"
-
-
-def test_a_report_of_settlements_has_no_load_factors(analysis):
-    found, _ = analysis
-    page = report_html(found.replaced(results={"goes down": found["goes down"]}))
-    assert report.NO_DEMAND_OF_REACTION in page
-    assert "load factor is not unique" not in page
-    assert "Load factors multiply" not in page
 
 
 def test_a_spread_of_reactions_is_one_of_forces(analysis):
