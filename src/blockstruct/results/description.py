@@ -39,20 +39,23 @@ def describe(
     moving = [body for body in bodies if body.moves]
     weight, carried = (sum(getattr(body, name) for body in bodies) for name in ("total", "carried"))
     free, moved = (sum(len(body.blocks) for body in some) for some in (bodies, moving))
-    shares = [body.total / weight if weight > 0 else 0.0 for body in moving]
+    parts = [
+        (
+            body.blocks,
+            body.total / weight if weight > 0 else 0.0,
+            text.motion_clause(body.translation, body.axis, body.centroid, body.speed),
+        )
+        for body in moving
+    ]
     lines = [text.NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
-    lines.append(text.moving_sentence(moved, free, len(moving), sum(shares), carried=bool(carried)))
-    for number, (body, share) in enumerate(zip(moving[: text.LISTED], shares, strict=False), 1):
-        motion = text.motion_clause(body.translation, body.axis, body.centroid, body.speed)
-        lines.append(text.body_sentence(number, body.blocks, share, motion))
-    if len(moving) > text.LISTED:
-        lines.append(text.more_bodies(len(moving) - text.LISTED))
+    share = sum(share for _, share, _ in parts)
+    lines.append(text.moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
+    lines += text.body_sentences(parts)
     lines += [text.joints_sentence(_KINDS[state], joints) for state, joints in main_joints(history).items()]
     if "tie" in history.sizes:
         ties = tie_sentences(history)
-        lines += ties[: text.LISTED]
-        if len(ties) > text.LISTED:
-            lines.append(text.more_ties(len(ties) - text.LISTED))
+        more = len(ties) - text.LISTED
+        lines += ties[: text.LISTED] + [text.more_ties(more)] * (more > 0)
     on_path = (history["stage"] == Stage.LOADING_PATH.value).any()
     lines.append(text.STEPS_OF_PATH if on_path else text.STEPS_OF_PROGRAMS)
     return "\n".join(lines)

@@ -13,7 +13,6 @@ from blockstruct.text.case import (
     curve_end,
     ended,
     found_by,
-    more_ties_hold,
     no_curve,
     pushed_states,
     range_text,
@@ -21,7 +20,6 @@ from blockstruct.text.case import (
     sentence,
     settled_schedules,
     statics_range,
-    tie_holds,
     tilting_table,
     why,
 )
@@ -32,11 +30,10 @@ from blockstruct.text.mechanism import (
     SMALL,
     STEPS_OF_PATH,
     STEPS_OF_PROGRAMS,
-    body_sentence,
+    body_sentences,
     direction_text,
     failure_clause,
     joints_sentence,
-    more_bodies,
     more_ties,
     motion_clause,
     moving_sentence,
@@ -44,7 +41,7 @@ from blockstruct.text.mechanism import (
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, FEW, LISTED, LOAD_FACTOR, Answer, in_g, ratio_text, shown, told_apart
-from blockstruct.text.ties import kilonewton, more_rollers, roller_sentence, tie_sentence, tie_title
+from blockstruct.text.ties import holding_ties, kilonewton, roller_sentences, tie_sentence, tie_title
 
 __all__ = [
     # numbers
@@ -76,14 +73,12 @@ __all__ = [
     "capitalised",
     "certificate_sentence",
     "curve_end",
-    "more_ties_hold",
     "no_curve",
     "pushed_masses",
     "pushed_states",
     "response_sentences",
     "settled_schedules",
     "statics_range",
-    "tie_holds",
     "tilting_table",
     # the number of a case
     "LOAD_FACTOR",
@@ -99,18 +94,17 @@ __all__ = [
     "NO_COLLAPSE_STATE",
     "STEPS_OF_PATH",
     "STEPS_OF_PROGRAMS",
-    "body_sentence",
+    "body_sentences",
     "direction_text",
     "failure_clause",
     "joints_sentence",
-    "more_bodies",
     "more_ties",
     "motion_clause",
     "moving_sentence",
     "smaller_bodies",
     # supports
-    "more_rollers",
-    "roller_sentence",
+    "holding_ties",
+    "roller_sentences",
     # ties
     "kilonewton",
     "tie_sentence",

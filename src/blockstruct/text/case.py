@@ -8,7 +8,6 @@ from blockstruct.limit import Certificate, Outcome
 from blockstruct.motion import CurveOutcome
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import FEW, Answer
-from blockstruct.text.ties import kilonewton, tie_title
 from blockstruct.vocabulary import CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
 
 _FOUND_BY = {
@@ -340,17 +339,6 @@ def pushed_states(states: int, certified: int, reached: float, block: str, direc
 def no_curve(reason: str) -> str:
     """Return the sentence on a pushover without a capacity curve."""
     return f"There is no capacity curve: {reason}."
-
-
-def tie_holds(name: str, elongation: float, force: float) -> str:
-    """Return the sentence on a tie that does not break, with its largest elongation, m, and force, N."""
-    title = capitalised(tie_title(name)).removesuffix(".")
-    return f"{title} holds: it lengthens by at most {1e3 * elongation:.4g} mm, under {kilonewton(force)} at most."
-
-
-def more_ties_hold(count: int) -> str:
-    """Return the sentence on ties that hold and are not listed."""
-    return f"{count} more hold{'s' * (count == 1)}, too."
 
 
 def tilting_table(angle: float) -> str:

@@ -1,8 +1,10 @@
 """Sentences on ties, and on supports that hold some motions only."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from blockstruct.text.numbers import LISTED
 
 
 def tie_title(name: str, kind: str = "tie") -> str:
@@ -51,16 +53,27 @@ def kilonewton(force: float) -> str:
     return f"{force / 1e3:.4g} kN"
 
 
-def roller_sentence(name: str, reactions: Mapping[str, float]) -> str:
-    """Return the sentence on the reactions of a support, N and N·m, in each motion that it holds.
+def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Return a sentence on each support, with its reactions, N and N·m, in the motions that it holds.
 
-    >>> roller_sentence("head", {"x": -7200.0, "ry": 0.0})
-    'Support head holds x with -7.2 kN and ry with 0 kN·m.'
+    >>> roller_sentences({"head": {"x": -7200.0, "ry": 0.0}})
+    ['Support head holds x with -7.2 kN and ry with 0 kN·m.']
     """
-    parts = [f"{motion} with {kilonewton(value)}{'·m' * ('r' in motion)}" for motion, value in reactions.items()]
-    return f"Support {name} holds {' and '.join(filter(None, (', '.join(parts[:-1]), parts[-1])))}."
+    sentences = []
+    for name, of_support in list(reactions.items())[:LISTED]:
+        parts = [f"{motion} with {kilonewton(value)}{'·m' * ('r' in motion)}" for motion, value in of_support.items()]
+        held = " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
+        sentences.append(f"Support {name} holds {held}.")
+    more = len(reactions) - LISTED
+    return sentences + [f"{more} more such supports have reactions: result.support_reactions."] * (more > 0)
 
 
-def more_rollers(number: int) -> str:
-    """Return the sentence on supports that are not listed."""
-    return f"{number} more such supports have reactions: result.support_reactions."
+def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:
+    """Return a sentence on each tie that does not break: name, largest elongation, m, and largest force, N."""
+    sentences = []
+    for name, elongation, force in ties[:LISTED]:
+        title = tie_title(name)
+        lengthens = f"it lengthens by at most {1e3 * elongation:.4g} mm, under {kilonewton(force)} at most"
+        sentences.append(f"{title[:1].upper()}{title[1:]} holds: {lengthens}.")
+    more = len(ties) - LISTED
+    return sentences + [f"{more} more hold{'s' * (more == 1)}, too."] * (more > 0)

@@ -60,11 +60,12 @@ def roller_words(result: bs.CaseResult) -> list[str]:
     values = np.hstack([found["force"].to_numpy(), found["moment"].to_numpy()])
     if not np.isfinite(values).all():
         return []
-    sentences = [
-        text.roller_sentence(b.name, {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held})
-        for b, row in zip(rollers[: text.LISTED], values, strict=False)
-    ]
-    return sentences + [text.more_rollers(len(rollers) - text.LISTED)] * (len(rollers) > text.LISTED)
+    return text.roller_sentences(
+        {
+            b.name: {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held}
+            for b, row in zip(rollers, values, strict=True)
+        }
+    )
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:
@@ -80,11 +81,9 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, block, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
     if "tie_force" in curve:
-        names = [str(name) for name in curve["tie"].to_numpy()]
-        held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
-        longest, largest = (curve[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
-        sentences += [text.tie_holds(names[k], longest[k], largest[k]) for k in held[: text.LISTED]]
-        sentences += [text.more_ties_hold(len(held) - text.LISTED)] * (len(held) > text.LISTED)
+        held = curve.isel(tie=np.isnan(curve["tie_break_displacement"].to_numpy()))
+        most = (held[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
+        sentences += text.holding_ties(list(zip(held["tie"].to_numpy(), *most, strict=True)))
     return sentences
 
 
