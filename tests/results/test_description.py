@@ -67,12 +67,7 @@ def test_the_description_names_the_kind_of_its_iterations(procedure):
     ("size", "load", "state", "motion"),
     [
         ((2.0, 1.0), push(1, 0, 0), "sliding", "moves towards +x without turning"),
-        (
-            (1.0, 0.5),
-            COUPLE,
-            "twisting",
-            "turns about the axis along z through (…); its centroid stays",
-        ),
+        ((1.0, 0.5), COUPLE, "twisting", "turns about the axis along z through (…); its centroid stays"),
     ],
 )
 def test_blocks_that_slide_or_twist(size, load, state, motion):

@@ -139,8 +139,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     "130 interrupted; 141 the reader of the output stopped.",
 )
 def top(
-    context: typer.Context,
-    version: Annotated[bool, option("Print the version and exit.", "--version")] = False,
+    context: typer.Context, version: Annotated[bool, option("Print the version and exit.", "--version")] = False
 ) -> None:
     """Collapse load of masonry structures: rigid-block limit analysis in 3D."""
     out.quiet = False

@@ -137,9 +137,7 @@ def _materials(unit_weights: list[str]) -> Any:
 
 
 @app.command()
-def check(
-    model: Annotated[Path, argument("A model document, YAML or JSON.")],
-) -> None:
+def check(model: Annotated[Path, argument("A model document, YAML or JSON.")]) -> None:
     """Print the blocks and the interfaces of a model document, with rejected contacts."""
     _say_checked(_checked(model))
 
@@ -160,9 +158,7 @@ def _say_checked(document: bs.documents.Document) -> None:
 
 
 @app.command()
-def validate(
-    file: Annotated[Path, argument("An analysis file, or a model document.")],
-) -> None:
+def validate(file: Annotated[Path, argument("An analysis file, or a model document.")]) -> None:
     """Check an analysis file against its schema and its own numbers, or a model document."""
     try:
         if file.suffix.lower() in (".yaml", ".yml", ".json"):

@@ -472,12 +472,7 @@ class CaseResult:
 
     @classmethod
     def restored(
-        cls,
-        *,
-        case: Case,
-        settings: Mapping[str, Any],
-        certificate: Mapping[str, float],
-        **rest: Any,
+        cls, *, case: Case, settings: Mapping[str, Any], certificate: Mapping[str, float], **rest: Any
     ) -> Self:
         """Return the result of plain values from a file."""
         measures = {name: float(value) for name, value in certificate.items() if name != "holds"}

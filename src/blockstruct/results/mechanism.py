@@ -73,16 +73,8 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     dims = ("block", "axis")
     return xr.Dataset(
         {
-            "translation": (
-                dims,
-                u[:, :3],
-                {"units": "dimensionless", "long_name": "translation of the centroid"},
-            ),
-            "rotation": (
-                dims,
-                u[:, 3:],
-                {"units": "radian / meter", "long_name": "rotation about the centroid"},
-            ),
+            "translation": (dims, u[:, :3], {"units": "dimensionless", "long_name": "translation of the centroid"}),
+            "rotation": (dims, u[:, 3:], {"units": "radian / meter", "long_name": "rotation about the centroid"}),
         },
         coords={"block": history["block"], "axis": np.array(AXES, dtype=object)},
     )

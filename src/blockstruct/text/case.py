@@ -208,12 +208,7 @@ _STANDS_IN = "The loading path did not finish, and this {answer} is from another
 
 
 def caveats(
-    outcome: Outcome,
-    answer: Answer,
-    *,
-    bound: float,
-    is_searched: bool,
-    jammed: Sequence[str],
+    outcome: Outcome, answer: Answer, *, bound: float, is_searched: bool, jammed: Sequence[str]
 ) -> tuple[Note, ...]:
     """Return the warnings that belong to the number of a non-associative case.
 

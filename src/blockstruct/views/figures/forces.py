@@ -21,12 +21,7 @@ Array = NDArray[np.float64]
 
 
 def forces(
-    result: bs.CaseResult,
-    *,
-    at: str = "interfaces",
-    iteration: int = -1,
-    look: Any = None,
-    ax: Axes | None = None,
+    result: bs.CaseResult, *, at: str = "interfaces", iteration: int = -1, look: Any = None, ax: Axes | None = None
 ) -> Axes:
     """Draw forces on the plus blocks and in ties, and the thrust line.
 

@@ -126,12 +126,7 @@ def overview(analysis: bs.Analysis) -> list[Drawing]:
 
 
 def write_figures(
-    analysis: bs.Analysis,
-    folder: str | Path,
-    *,
-    look: Any = None,
-    file_format: str = "png",
-    dpi: int = 200,
+    analysis: bs.Analysis, folder: str | Path, *, look: Any = None, file_format: str = "png", dpi: int = 200
 ) -> list[Path]:
     """Write the figures of all cases into a folder, and replace existing ones.
 
