@@ -5,7 +5,6 @@ from dataclasses import replace
 import attrs
 import numpy as np
 import pytest
-import xarray as xr
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -194,30 +193,6 @@ def test_another_model_is_found(small_analysis, small_cases):
     )
     mixed = small_analysis.replaced(results=dict(other))
     assert {name for name, _ in bs.results.contradictions(mixed)} == set(other)
-
-
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-def test_coordinates_are_not_indexed_for_every_iteration(monkeypatch):
-    """With many iterations, indexing would take most of the time of a save."""
-    indexed, isel = [], xr.Dataset.isel
-
-    def counted(*args, **given):
-        indexed.append(1)
-        return isel(*args, **given)
-
-    counts = {}
-    model = model_of(*single_block(0.5, 1.0, mu=0.4))
-    for programs in (3, 12):
-        case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-        settings = settings_of(procedure="fictitious", max_programs=programs)
-        analysis = bs.AnalysisManager(model, settings=settings).run([case])
-        indexed.clear()
-        with monkeypatch.context() as patch:
-            patch.setattr(xr.Dataset, "isel", counted)
-            bs.results.contradictions(analysis)
-        counts[analysis["push"].history.sizes["iteration"]] = len(indexed)
-    assert len(counts) == 2
-    assert len(set(counts.values())) == 1
 
 
 #: Changes that a comparison ignores: places and strengths, which belong to the model, and earlier iterations.
