@@ -1,12 +1,11 @@
 """The structure, with joints coloured by state or utilisation, or with its overall dimensions."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba, to_rgba_array
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -90,32 +89,28 @@ def structure(
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _edges(model: bs.Model) -> Lines:
-    """Return the edges of all interfaces, without colours."""
+def _edges(model: bs.Model) -> tuple[Array, NDArray[np.int64]]:
+    """Return the ends (L, 2, 3) of the edges of all interfaces, m, and the interface (L,) of each."""
     polygons = [np.asarray(i.polygon) for i in model.interfaces]
-    of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
-    ends = np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in polygons])
-    return Lines(ends, of, np.zeros((len(of), 4)), np.zeros(len(of)), ["-"] * len(of))
+    interface = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+    return np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in polygons]), interface
 
 
 def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
-    lines = _edges(result.model)
-    of = lines.interface
-    states = shown_states(result, iteration)[of]
-    line, colours, dashes = [], [], []
-    for state in np.unique(states).tolist():
-        if state == bs.vocabulary.ContactState.STICKING:
-            continue
-        members, single = np.flatnonzero(states == state), parts(state)
-        for k, part in enumerate(single):
-            line.append(members)
-            colours.append(np.repeat([to_rgba(STATE_COLOURS[part])], len(members), axis=0))
-            dashes += [_dash(k, len(single))] * len(members)
-    found = sorted({s for s in states.tolist() if s != bs.vocabulary.ContactState.STICKING}, key=_rank)
-    handles = {s.replace(" + ", ", "): _handle(parts(s)) for s in found}
-    if not line:
-        return _chosen(lines, np.array([], dtype=int), np.zeros((0, 4)), _WIDTH, []), handles
-    return _chosen(lines, np.concatenate(line), np.concatenate(colours), _WIDTH, dashes), handles
+    ends, interface = _edges(result.model)
+    states = shown_states(result, iteration)[interface]
+    moving = sorted(set(states.tolist()) - {bs.vocabulary.ContactState.STICKING.value}, key=_rank)
+    # Each line, once for every part of its state.
+    drawn = [
+        (line, part, _dash(k, len(parts(state))))
+        for state in moving
+        for k, part in enumerate(parts(state))
+        for line in np.flatnonzero(states == state)
+    ]
+    line = np.array([line for line, _, _ in drawn], dtype=int)
+    colours = to_rgba_array([STATE_COLOURS[part] for _, part, _ in drawn])
+    handles = {state.replace(" + ", ", "): _handle(parts(state)) for state in moving}
+    return Lines(ends[line], interface[line], colours, _WIDTH, [dash for _, _, dash in drawn]), handles
 
 
 def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
@@ -145,15 +140,14 @@ def _sliding_scale() -> LinearSegmentedColormap:
 
 
 def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
-    lines = _edges(result.model)
-    of = lines.interface
+    ends, interface = _edges(result.model)
     used = bs.results.utilisation(result.history.isel(iteration=[iteration]))["sliding"].to_numpy()[0]
     full = used >= bs.results.FULLY_USED
-    line = np.flatnonzero(np.isfinite(used[of]))
+    line = np.flatnonzero(np.isfinite(used[interface]))
     # Above the scale, the colour of full utilisation.
-    colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[of[line]]
+    colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[interface[line]]
     handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=FORCE, lw=_WIDTH)} if full.any() else {}
-    return _chosen(lines, line, colours, _WIDTH, ["-"] * len(line)), handles
+    return Lines(ends[line], interface[line], colours, _WIDTH, ["-"] * len(line)), handles
 
 
 def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
@@ -164,30 +158,22 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
             "give the JointMaterial one, or choose another colour"
         )
         raise bs.errors.ModelError(msg)
-    lines = _edges(result.model)
-    of = lines.interface
+    ends, interface = _edges(result.model)
     point, force = application_points(result, iteration)
-    frame = result.history["interface_frame"].to_numpy()
     area = np.array([i.area for i in result.model.interfaces])
-    share = np.einsum("ic,ic->i", force, frame[:, 0]) / (strength * area)
-    vector = np.diff(lines.ends, axis=1)[:, 0]
-    length = np.linalg.norm(vector, axis=1)
-    middle = np.einsum("lc,lc->l", point[of] - lines.ends[:, 0], vector) / length**2
+    share = np.einsum("ic,ic->i", force, result.history["interface_frame"].to_numpy()[:, 0]) / (strength * area)
+    vector = np.diff(ends, axis=1)[:, 0]
+    middle = np.einsum("lc,lc->l", point[interface] - ends[:, 0], vector) / np.linalg.norm(vector, axis=1) ** 2
     # The stress block is as wide as the joint, so its share of the area equals its share of the depth.
-    span = np.clip(middle[:, None] + 0.5 * share[of, None] * (-1, 1), 0, 1)
-    line = np.flatnonzero(np.isfinite(middle) & (share[of] > 0))
-    start = lines.ends[:, :1]
-    bars = replace(lines, ends=start + span[..., None] * vector[:, None])
+    span = np.clip(middle[:, None] + 0.5 * share[interface, None] * (-1, 1), 0, 1)
+    line = np.flatnonzero(np.isfinite(middle) & (share[interface] > 0))
+    bars = (ends[:, :1] + span[..., None] * vector[:, None])[line]
     crushes = np.array([bs.vocabulary.ContactState.CRUSHING in s for s in shown_states(result, iteration)], dtype=bool)
-    colours = np.where(crushes[of[line], None], to_rgba_array(FORCE), to_rgba_array(ACCENT))
+    colours = np.where(crushes[interface[line], None], to_rgba_array(FORCE), to_rgba_array(ACCENT))
     handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=_BAR)}
     if crushes.any():
         handles["of a joint that crushes"] = Line2D([], [], color=FORCE, lw=_BAR)
-    return _chosen(bars, line, colours, _BAR, ["-"] * len(line)), handles
-
-
-def _chosen(lines: Lines, which: NDArray[np.int64], colours: Array, width: float, dashes: list[Any]) -> Lines:
-    return Lines(lines.ends[which], lines.interface[which], colours, np.full(len(which), width), dashes)
+    return Lines(bars, interface[line], colours, _BAR, ["-"] * len(line)), handles
 
 
 def dimensions(model: bs.Model, *, look: Any = None, ax: Axes | None = None) -> Axes:
