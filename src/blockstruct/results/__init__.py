@@ -6,12 +6,13 @@ positive. Velocities belong to a variable load that does work at 1 W (``w_L·u =
 """
 
 from blockstruct.limit import CERTIFICATE_MEASURES
-from blockstruct.results.accessor import HistoryAccessor, capacity_frame, history_frame
+from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.curve_comparison import compared_curves
+from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
 from blockstruct.results.interfaces import (
@@ -23,7 +24,7 @@ from blockstruct.results.interfaces import (
     is_pressed,
     utilisation,
 )
-from blockstruct.results.joint_notes import corner_torsion, parts_beyond, sliding_rates
+from blockstruct.results.joint_notes import parts_beyond
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism, with_motion
 from blockstruct.results.parameters import (
     checked_parameters,
@@ -52,6 +53,7 @@ from blockstruct.results.ties import (
     tie_state,
     ties_at_collapse,
 )
+from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
 from blockstruct.text import LOAD_FACTOR, pushed_masses

@@ -18,11 +18,12 @@ from blockstruct.notebook import html_table
 from blockstruct.results.description import describe, failures
 from blockstruct.results.headline import Headline
 from blockstruct.results.interfaces import active_joints, contact_state, interface_resultants, utilisation
-from blockstruct.results.joint_notes import biaxial_crushing, crushing_in_cells, torsion_notes
+from blockstruct.results.joint_notes import biaxial_crushing, crushing_in_cells
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.reactions import support_reactions
 from blockstruct.results.response import response_words
 from blockstruct.results.ties import broken_ties, ties_at_collapse
+from blockstruct.results.torsion import torsion_notes
 from blockstruct.text import (
     Answer,
     Note,

@@ -8,9 +8,7 @@ from blockstruct.text.assumptions import Scope, assumption_sentences, masses_bel
 from blockstruct.text.case import (
     admissible_state,
     capitalised,
-    caveats,
     certificate_sentence,
-    curve_end,
     ended,
     found_by,
     no_curve,
@@ -23,6 +21,8 @@ from blockstruct.text.case import (
     tilting_table,
     why,
 )
+from blockstruct.text.caveats import caveats
+from blockstruct.text.curve import curve_end
 from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
 from blockstruct.text.masses import pushed_masses
 from blockstruct.text.mechanism import (

@@ -5,10 +5,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from blockstruct.limit import Certificate, Outcome
-from blockstruct.motion import CurveOutcome
-from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import FEW, Answer
-from blockstruct.vocabulary import CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
+from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status, counted, listed
 
 _FOUND_BY = {
     Procedure.LOADING_PATH: "along its loading path",
@@ -180,68 +178,6 @@ def _peak(outcome: Outcome, answer: Answer, digits: int) -> str:
     return f"a peak of {peak}: a load that does not yield brings it down at the peak"
 
 
-_JAMMED = (
-    "With dilatancy the joints carry any multiple of the variable load, so this load factor has no upper bound. "
-    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
-)
-_JAMMED_SUPPORT = (
-    "With dilatancy the joints resist this motion of the supports with any force, so this reaction has no lower bound. "
-    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
-)
-_NOT_PROVEN = (
-    "The proof that {claim} holds for joints that dilate by their friction angle. For joints that do not, the "
-    "procedure found that its {answer} grows without limit."
-)
-_JAMMED_PART = (
-    "With dilatancy no {answer} moves {names}. Without it, self-stress decides whether they move first, which the "
-    "model does not determine. Other procedures may find another {answer}."
-)
-_NOT_SETTLED = (
-    "The {answer} had not settled when the procedure ended: it is certified as a collapse state, and another state at "
-    "another {answer} may come first. Do not rely on it."
-)
-_RAISED = (
-    "With crushing the procedure ended at a higher {answer} than without, in another collapse state that crushing led "
-    "to. The {answer} given is the one without crushing, whose history is not kept. Do not rely on the state shown."
-)
-_STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
-
-
-def caveats(
-    outcome: Outcome, answer: Answer, *, bound: float, is_searched: bool, jammed: Sequence[str]
-) -> tuple[Note, ...]:
-    """Return the warnings that belong to the number of a non-associative case.
-
-    Parameters
-    ----------
-    outcome, answer
-        How the case ended, and the name of its number.
-    bound
-        Load factor with associative flow.
-    is_searched
-        Whether a procedure without dilatancy found load factors before it ended.
-    jammed
-        Blocks whose share of the variable load depends on self-stress.
-    """
-    found, unbounded = list[tuple[NoteCode, str]](), bound == np.inf
-    if outcome.status is Status.CONVERGED:
-        if np.isfinite(outcome.without_crushing):
-            found.append((NoteCode.RAISED_BY_CRUSHING, _RAISED))
-        elif not outcome.settled:
-            found.append((NoteCode.NOT_SETTLED, _NOT_SETTLED))
-        if outcome.stands_in:
-            found.append((NoteCode.STANDS_IN, _STANDS_IN))
-        if unbounded:
-            found.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
-    if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
-        found.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
-    if jammed and not unbounded:
-        found.append((NoteCode.JAMMED_PART, _JAMMED_PART))
-    claim = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
-    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, FEW)}
-    return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)
-
-
 def capitalised(text: str) -> str:
     """Return a clause as a sentence."""
     return f"{text[:1].upper()}{text[1:]}."
@@ -339,55 +275,6 @@ def no_curve(reason: str) -> str:
 def tilting_table(angle: float) -> str:
     """Return the clause on the angle, degrees, at which a structure falls on a tilting table."""
     return f"on a tilting table: falls at {angle:.4g} deg"
-
-
-def curve_end(outcome: CurveOutcome, control: tuple[str, tuple[float, float, float]]) -> str:
-    """Return a clause on the end of a curve, with what to do if there is none.
-
-    Parameters
-    ----------
-    outcome
-        Its facts.
-    control
-        Block and direction of the control point.
-    """
-    block, direction = control
-    names, at = listed(list(outcome.blocks)), f"at a displacement of {outcome.displacement:.6g} m"
-    moves = f"block {outcome.blocks[0]!r} moves furthest, along {_vector(outcome.direction)}" if outcome.blocks else ""
-    match outcome.end:
-        case CurveEnd.ZERO:
-            stands = f", where the control point at block {block!r} stands still or goes back: {moves}"
-            return f"the load factor is zero {at}{stands if outcome.stands else ''}"
-        case CurveEnd.FALLS:
-            return f"blocks fall under the dead load alone {at} ({names}), and the method ends"
-        case CurveEnd.NOT_SOLVED:
-            return (
-                f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
-                "it cannot move; and the method ends"
-            )
-        case CurveEnd.LIMIT_REACHED:
-            return (
-                f"no end after {outcome.states} states: ask for more steps, or follow a point and a direction that the "
-                "mechanism goes along"
-            )
-        case CurveEnd.RESTS:
-            return (
-                f"the control point at block {block!r} does not move along {_vector(direction)} in the collapse "
-                f"mechanism, and there is no curve over its displacement; {moves}"
-            )
-        case CurveEnd.EARLIER_VERSION:
-            return "the file is of an earlier version, whose curves are no longer read: run the case again"
-        case CurveEnd.BEGINS_ABOVE:
-            where = f"{names}, where the model has no interface" if names else "faces larger than its interfaces"
-            return (
-                f"no curve: with sharp corners it would begin at a load factor of {outcome.load_factor:.4g}, above "
-                f"that of the collapse state, as blocks that move touch wherever faces do: forces at {where}. Give the "
-                "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
-            )
-
-
-def _vector(direction: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
 
 
 def response_sentences(

@@ -24,7 +24,8 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
-from blockstruct.views.figures.diagrams import capacity, certificate, convergence, response, verification
+from blockstruct.views.figures.capacity import capacity
+from blockstruct.views.figures.diagrams import certificate, convergence, response, verification
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces, loads
 from blockstruct.views.figures.mechanism import mechanism

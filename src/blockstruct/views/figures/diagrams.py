@@ -7,10 +7,9 @@ from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
+from blockstruct.views.figures.canvas import legend_above, new_axes, verbatim
 from blockstruct.views.selection import chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, MEASURES
-from blockstruct.views.words import without_curve_words
 
 _MARKERS = {
     bs.vocabulary.Stage.DEAD_LOAD.value: "x",
@@ -111,76 +110,6 @@ def _iterations(ax: Axes, result: bs.CaseResult) -> None:
     ax.set(xlabel="numerical iteration [-]", xlim=(-0.5, result.n_iterations - 0.5))
     # At least one tick: a single iteration has no two integers to show.
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-
-
-def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw the load factor of a pushover over the displacement of its control point.
-
-    The line falls at tie breaks, which dotted lines mark. States whose certificate does not hold are drawn
-    as crosses. The displacement at which the load factor is zero is marked; if the curve ends before, the last
-    state is, with a ring.
-
-    Parameters
-    ----------
-    result
-        The result of a :class:`~blockstruct.Pushover`.
-    label
-        Name in the legend, for several curves on one Axes.
-    ax
-        Axes to draw on.
-
-    Raises
-    ------
-    ModelError
-        If the result has no capacity curve.
-    """
-    curve = given_result(result, "capacity").capacity
-    if curve is None:
-        msg = f"case {result.name!r}: {without_curve_words(result)}"
-        raise bs.errors.ModelError(msg)
-    displacement, load_factor = (curve[name].to_numpy() for name in ("displacement", "load_factor"))
-    holds = curve["holds"].to_numpy() > 0
-    factor, unit = readable(displacement, "m")
-    ax = new_axes(ax)
-    colour = next_colour(ax)
-    ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
-    ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
-    ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
-    d0 = float(curve["d0"])
-    if np.isfinite(d0):
-        ax.annotate(
-            f"d0 = {d0 * factor:.4g} {unit}",
-            (d0 * factor, 0.0),
-            (0, -4),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-        )
-    else:
-        ax.plot(displacement[-1:] * factor, load_factor[-1:], "o", mfc="none", mec=FORCE, ms=9)
-    broken = result.broken_ties
-    for at in broken["displacement [meter]"].unique().tolist():
-        names = broken.index[broken["displacement [meter]"] == at]
-        ax.axvline(at * factor, color=FORCE, lw=0.8, ls=":", zorder=0)
-        label_of_break = f"{verbatim(names[0])} breaks" if len(names) == 1 else f"{len(names)} ties break"
-        ax.annotate(
-            label_of_break,
-            (at * factor, 1.0),
-            (3, -4),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            va="top",
-            color=FORCE,
-        )
-    ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
-    block, _ = result.case.control if isinstance(result.case, bs.Pushover) else ("", ())
-    ax.set(xlabel=f"displacement of the control point on {verbatim(block)} [{unit}]", ylabel="load factor α [-]")
-    # From zero, with room for a text below it.
-    ax.update_datalim([(0.0, -0.06 * load_factor.max())])
-    ax.autoscale_view()
-    if label:
-        legend_above(ax)
-    return ax
 
 
 def response(result: bs.CaseResult, *, block: str = "", ax: Axes | None = None) -> Axes:

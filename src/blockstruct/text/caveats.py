@@ -1,0 +1,78 @@
+"""Notes that qualify the load factor of a case."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from blockstruct.limit import Outcome
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import Answer
+from blockstruct.vocabulary import Status, listed
+
+_JAMMED = (
+    "With dilatancy the joints carry any multiple of the variable load, so this load factor has no upper bound. "
+    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+)
+_JAMMED_SUPPORT = (
+    "With dilatancy the joints resist this motion of the supports with any force, so this reaction has no lower bound. "
+    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+)
+_NOT_PROVEN = (
+    "The proof that {claim} holds for joints that dilate by their friction angle. For joints that do not, the "
+    "procedure found that its {answer} grows without limit."
+)
+_JAMMED_PART = (
+    "With dilatancy no {answer} moves {names}. Without it, self-stress decides whether they move first, which the "
+    "model does not determine. Other procedures may find another {answer}."
+)
+_NOT_SETTLED = (
+    "The {answer} had not settled when the procedure ended: it is certified as a collapse state, and another state at "
+    "another {answer} may come first. Do not rely on it."
+)
+_RAISED = (
+    "With crushing the procedure ended at a higher {answer} than without, in another collapse state that crushing led "
+    "to. The {answer} given is the one without crushing, whose history is not kept. Do not rely on the state shown."
+)
+_STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
+#: Block names that a sentence lists.
+_LISTED = 3
+
+
+def caveats(
+    outcome: Outcome,
+    answer: Answer,
+    *,
+    bound: float,
+    is_searched: bool,
+    jammed: Sequence[str],
+) -> tuple[Note, ...]:
+    """Return the warnings that belong to the number of a non-associative case.
+
+    Parameters
+    ----------
+    outcome, answer
+        How the case ended, and the name of its number.
+    bound
+        Load factor with associative flow.
+    is_searched
+        Whether a procedure without dilatancy found load factors before it ended.
+    jammed
+        Blocks whose share of the variable load depends on self-stress.
+    """
+    found, unbounded = list[tuple[NoteCode, str]](), bound == np.inf
+    if outcome.status is Status.CONVERGED:
+        if np.isfinite(outcome.without_crushing):
+            found.append((NoteCode.RAISED_BY_CRUSHING, _RAISED))
+        elif not outcome.settled:
+            found.append((NoteCode.NOT_SETTLED, _NOT_SETTLED))
+        if outcome.stands_in:
+            found.append((NoteCode.STANDS_IN, _STANDS_IN))
+        if unbounded:
+            found.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
+    if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
+        found.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
+    if jammed and not unbounded:
+        found.append((NoteCode.JAMMED_PART, _JAMMED_PART))
+    claim = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
+    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, _LISTED)}
+    return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)
