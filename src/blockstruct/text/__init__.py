@@ -4,6 +4,7 @@ Every function takes facts and returns text or a :class:`Note`. Nothing reads a 
 """
 
 from blockstruct.text import assessment, report, study
+from blockstruct.text.answer import LOAD_FACTOR, Answer
 from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
 from blockstruct.text.case import (
     admissible_state,
@@ -40,7 +41,7 @@ from blockstruct.text.mechanism import (
     smaller_bodies,
 )
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import BEYOND, FEW, LISTED, LOAD_FACTOR, Answer, in_g, ratio_text, shown, told_apart
+from blockstruct.text.numbers import BEYOND, FEW, LISTED, in_g, ratio_text, shown, told_apart
 from blockstruct.text.ties import holding_ties, kilonewton, roller_sentences, tie_sentence, tie_title
 
 __all__ = [

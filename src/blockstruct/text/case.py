@@ -5,7 +5,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from blockstruct.limit import Certificate, Outcome
-from blockstruct.text.numbers import FEW, Answer
+from blockstruct.text.answer import Answer
+from blockstruct.text.numbers import FEW
 from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status, counted, listed
 
 _FOUND_BY = {

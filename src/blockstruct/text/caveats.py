@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from blockstruct.limit import Outcome
+from blockstruct.text.answer import Answer
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import Answer
 from blockstruct.vocabulary import Status, listed
 
 _JAMMED = (

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from blockstruct.text.answer import Answer
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import FEW, Answer
+from blockstruct.text.numbers import FEW
 from blockstruct.vocabulary import counted, listed
 
 #: Share of a number below which a change of it has no note.

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from blockstruct.text.numbers import Answer, ratio_text
+from blockstruct.text.answer import Answer
+from blockstruct.text.numbers import ratio_text
 from blockstruct.vocabulary import Status, counted
 
 #: Checks that a sentence lists.
