@@ -35,13 +35,18 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         interface_corner, block and axis (x, y, z). Blocks are in the order of the model. Supports have zero velocity
         unless they move. Ties add the dimensions tie (a stretch with one force) and tie_end.
     """
+    variables = iteration_variables(statics, problem, iterations)
+    coords = {name: variables.pop(name) for name in ("iteration", "stage")} | coordinates(statics, problem)
+    return xr.Dataset(variables, coords=coords, attrs={"long_name": "iteration history"})
+
+
+def coordinates(statics: Statics, problem: LimitProblem) -> dict[str, Variable]:
+    """Return positions, frames, names and strengths of a history, which follow from the model and the case."""
     model, points = statics.model, statics.points
-    of_iterations = iteration_variables(statics, problem, iterations)
     names = _text([i.name for i in model.interfaces])
     sides = [len(i.polygon) for i in model.interfaces]
     frame = "unit vectors n (from minus to plus), s (horizontal) and t = n × s"
     coords = {
-        **{name: of_iterations.pop(name) for name in ("iteration", "stage")},
         "component": _variable(
             "component", _text(COMPONENTS), None, "normal n, and s and t in the plane of the interface"
         ),
@@ -88,7 +93,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     if len(problem.torsion):
         what = "lever of the torsion of uniform pressure; infinite where contact points alone limit the torque"
         coords["torsion_lever"] = _variable("interface", points.torsion_lever, "length", what)
-    return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
+    return coords
 
 
 def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:

@@ -25,7 +25,7 @@ from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_verification import curve_contradictions
-from blockstruct.results.history import division_of
+from blockstruct.results.history import coordinates, division_of
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.statics import Division, Statics
 from blockstruct.text import LISTED
@@ -203,47 +203,15 @@ def _status(result: CaseResult) -> Iterator[str]:
 
 
 def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
-    """Compare positions, frames and strengths of the history with the model."""
-    points = statics.points
-    expected = {
-        "block_position": np.array([b.centroid for b in statics.model.blocks]),
-        "contact_point_position": points.position,
-        "interface_of_contact_point": points.interface,
-        "interface_position": points.centroid,
-        "interface_frame": points.frame,
-        "interface_area": points.area,
-        "interface_corner_position": np.concatenate([i.polygon for i in statics.model.interfaces]),
-        "interface_of_interface_corner": np.repeat(
-            np.arange(len(points.area)), [len(i.polygon) for i in statics.model.interfaces]
-        ),
-        "contact_force_unit": problem.force_unit,
-        "friction_coefficient": points.friction,
-        "dilatancy": problem.dilatancy,
-        "cohesion": points.cohesion,
-        "tensile_strength": points.tension,
-        "cell_strength": points.compression,
-        "compressive_strength": points.strength,
-    }
-    if len(statics.ties):
-        table = statics.ties
-        expected |= {
-            "tie_of_model": table.tie,
-            "tie_position": table.position,
-            "tie_capacity": table.capacity,
-            "tie_prestress": table.prestress,
-            "tie_bond": table.bond,
-            "tie_elongation_limit": table.elongation_limit,
-        }
-        for name, texts in (("tie", table.name), ("tie_governing", table.governing)):
-            if list(history[name].to_numpy()) != list(texts):
-                yield f"{name} of the history differs from the model"
-    if len(problem.torsion):
-        expected["torsion_lever"] = points.torsion_lever
-    for name, values in expected.items():
+    """Compare names, positions, frames and strengths of the history with the model."""
+    for name, (_, values, _) in coordinates(statics, problem).items():
         stored = history[name].to_numpy()
-        finite = np.abs(values[np.isfinite(values)])
-        same = stored.shape == values.shape
-        if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
+        if values.dtype.kind in "OU":
+            same = stored.tolist() == values.tolist()
+        else:
+            scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+            same = stored.shape == values.shape and np.allclose(stored, values, rtol=_SAME, atol=_SAME * scale)
+        if not same:
             yield f"{name} of the history differs from the model"
 
 
