@@ -199,7 +199,7 @@ class HistoryAccessor:
         Returns
         -------
         xarray.Dataset
-            Load factor, contact forces and velocities of this iteration less those of the other, in their units.
+            Load factors, contact forces and velocities: this iteration minus the other, in their units.
 
         Raises
         ------
@@ -241,7 +241,7 @@ class HistoryAccessor:
         Raises
         ------
         StorageError
-            If the suffix is another one, a package is missing, or the file cannot be written.
+            If the suffix is unknown, a package is missing, or the file cannot be written.
         """
         path = Path(path)
         kind = path.suffix.lower()

@@ -482,7 +482,7 @@ class CaseResult:
             raise ModelError(msg)
         given = ProcedureSettings.of(settings)
         proof = Certificate(**measures, holds=bool(certificate.get("holds")), settings=given) if certificate else None
-        # Files of earlier versions have certificates of programs without a solution. None of them holds.
+        # Files of earlier versions have certificates of programs without a solution, which never hold.
         kept = proof if proof and (proof.holds or proof.is_of_a_state) else None
         return cls(case=case, settings=given, certificate=kept, **rest)
 

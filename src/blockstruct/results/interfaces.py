@@ -121,7 +121,7 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         Dimensions (iteration, interface):
 
-        - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 if all of them slide, whether the
+        - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 if all points slide, whether the
           interface slips or twists. With the torsion of uniform pressure, at least ``‖(V, T / r̄)‖`` over the same sum.
           0 if the joint never slides, NaN if the resistance is negligible.
         - ``crushing``: N over the largest N that the joint carries at the same eccentricity. For rectangles without

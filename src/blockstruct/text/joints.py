@@ -9,7 +9,7 @@ from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import FEW
 from blockstruct.vocabulary import counted, listed
 
-#: Share of a number below which a change of it has no note.
+#: Change of a number, relative to the number, below which it has no note.
 EFFECT = 0.01
 _REMEDIES = {
     NoteCode.CORNER_TORSION: 'torsion="uniform pressure" in the joints',

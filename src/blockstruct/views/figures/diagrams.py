@@ -27,8 +27,8 @@ _FLOOR = 1e-12
 _LEAST_SPAN = 0.01
 #: Height of the drawn ground acceleration, relative to the largest displacement.
 _GROUND = 0.25
-#: Longest drawn period of a demand, relative to that of the last limit state; largest drawn acceleration, relative to
-#: the largest of the capacity curve.
+#: Longest drawn period of a demand, relative to the last limit state; largest drawn acceleration, relative to the
+#: largest of the capacity curve.
 _BEYOND, _TALLEST = 1.3, 6.0
 
 

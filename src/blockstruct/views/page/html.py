@@ -17,7 +17,7 @@ from blockstruct.views.page.payload import payload
 
 #: Suffixes of files that are not pages.
 _NO_PAGES = (".pdf", ".png", ".svg")
-#: Shows the page in a cell and takes over the name of what is picked in it.
+#: Shows the page in a cell and takes over the name of the picked block or interface.
 _WIDGET = """
 export default { render({ model, el }) {
   const frame = document.createElement("iframe");
@@ -80,7 +80,7 @@ class NotebookPage:
     """The interactive page of an analysis, as the value of a cell.
 
     The page is part of the notebook: it works in a saved notebook, without a kernel and without a network.
-    :attr:`widget` shows the same page in a running notebook, and :attr:`picked` is then what is picked in it.
+    :attr:`widget` shows the same page in a running notebook, and :attr:`picked` then names the block or interface that is picked.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class NotebookPage:
 
 
 def _widget(page: str, height: int) -> Any:
-    """Return a widget that shows a page and knows what is picked in it."""
+    """Return a widget that shows a page and keeps the name of the picked block or interface."""
     try:
         anywidget, traitlets = import_module("anywidget"), import_module("traitlets")
     except ModuleNotFoundError as error:
