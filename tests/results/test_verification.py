@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct import Q_
-from structures import SELF_WEIGHT, divided, model_of, push, settings_of, single_block
+from structures import SELF_WEIGHT, box, divided, model_of, push, settings_of, single_block
 
 NAME = "push nonassociative"
 
@@ -141,9 +140,8 @@ def test_changed_cells_are_found():
 
 
 def falling_block():
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([0.4, 1, 1], "m"), stone, fixed=True)
-    return model_of([ground, bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)], joint)
+    blocks = [box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0], [1, 1, 1])]
+    return model_of(blocks, bs.JointMaterial("joint", 0.65))
 
 
 @pytest.mark.parametrize("flow", list(bs.Flow))

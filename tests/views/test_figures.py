@@ -88,9 +88,7 @@ def test_every_figure_draws_on_the_axes_it_is_given_with_lengths(wall, draw, loo
 @pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (3.0, 3.0, 3.0), (2.0, 2.0, 0.1)])
 @pytest.mark.parametrize("draw", [figures.structure, figures.mechanism, figures.forces])
 def test_nothing_is_cut_off_in_space(size, draw):
-    stone = bs.Material("stone", "20 kN/m^3")
-    foot = bs.Block.box("foot", Q_([0, 0, -0.1], "m"), Q_([*size[:2], 0.1], "m"), stone, fixed=True)
-    blocks = [foot, bs.Block.box("block", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
+    blocks = [box("foot", [0, 0, -0.1], [*size[:2], 0.1], fixed=True), box("block", [0, 0, 0], size)]
     ax = draw(solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0)), look="3d", ax=axes())
     ax.figure.draw_without_rendering()
     points = np.concatenate([p.vertices for c in ax.collections for p in c.get_paths()])
@@ -131,13 +129,10 @@ def test_combined_states_have_dashes_of_each_colour_in_turn():
 @pytest.fixture(scope="module")
 def walls():
     """A block behind another, each on the ground and joined to each other, pushed along the joint."""
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    ground = bs.Block.box("ground", Q_([-4, 0, -0.5], "m"), Q_([5, 2, 0.5], "m"), stone, fixed=True)
-    front = bs.Block.box("front", Q_([0, 0, 0], "m"), Q_([1, 0.5, 1], "m"), stone)
-    back = bs.Block.box("back", Q_([0.25, 0.5, 0], "m"), Q_([0.5, 1, 0.8], "m"), stone)
+    front, back = box("front", [0, 0, 0], [1, 0.5, 1]), box("back", [0.25, 0.5, 0], [0.5, 1, 0.8])
     # The back block is named first: the order of drawing is not the order of names.
-    model = model_of([back, front, ground], joint)
-    return solve(model, push(1, 0, 0))
+    blocks = [back, front, box("ground", [-4, 0, -0.5], [5, 2, 0.5], fixed=True)]
+    return solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0))
 
 
 def test_covered_joints_are_hidden(walls):
@@ -248,28 +243,19 @@ def test_resultants_lie_on_the_thrust_line(rocking):
     assert tips[1][0] - tails[1][0] == pytest.approx(5 / size * np.hypot(across, up))
 
 
-def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_block():
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    boxes = [("ground", -0.5, True), ("lower", 0.0, False), ("upper", 0.5, False)]
-    blocks = [
-        bs.Block.box(name, Q_([0, 0, z], "m"), Q_([0.4, 1, 0.5], "m"), stone, fixed=fixed) for name, z, fixed in boxes
-    ]
-    model = model_of(blocks, joint)
-    result = solve(model, push(1, 0, 0))
-    ax = figures.forces(result, look="y", ax=axes())
-    (lines,) = [c for c in ax.collections if isinstance(c, LineCollection)]
-    (segment,) = lines.get_segments()
+def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_free_block():
+    def thrust(blocks):
+        result = solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0))
+        collections = figures.forces(result, look="y", ax=axes()).collections
+        return [segment for c in collections if isinstance(c, LineCollection) for segment in c.get_segments()]
+
+    size = [0.4, 1, 0.5]
+    lower, upper = box("lower", [0, 0, 0], size), box("upper", [0, 0, 0.5], size)
+    (segment,) = thrust([box("ground", [0, 0, -0.5], size, fixed=True), lower, upper])
     # At α = 0.4 the thrust leaves the base at its edge, x = 0.4, and the upper joint below the upper centroid.
     np.testing.assert_allclose(segment[np.argsort(segment[:, 1])], [[0.4, 0], [0.3, 0.5]], atol=1e-6)
-
-
-def test_no_thrust_passes_through_a_support():
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
-    towers = [bs.Block.box(f"at {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone) for x in (0, 2)]
-    model = model_of([ground, *towers], joint)
-    ax = figures.forces(solve(model, push(1, 0, 0)), ax=axes())
-    assert not [c for c in ax.collections if isinstance(c, LineCollection)]
+    towers = [box(f"at {x}", [x, 0, 0], [1, 1, 1]) for x in (0, 2)]
+    assert thrust([box("ground", [0, 0, -1], [3, 1, 1], fixed=True), *towers]) == []
 
 
 def test_forces_that_are_rounding_are_not_drawn(wall):
@@ -305,22 +291,15 @@ def test_convergence_draws_every_load_factor_its_bound_and_the_certificate(wall,
     assert [line.get_ydata()[0] for line in limits] == [*expected, result.certificate.flow_rule_gap_limit]
 
 
-@pytest.mark.parametrize(("about", "depth"), [("s", 1.0), ("t", 0.4)])
-def test_crushing_domain_of_a_rectangle_is_the_parabola(about, depth):
-    blocks, _ = single_block(0.4, 0.8)
-    strength = 0.2e6
-    joint = bs.JointMaterial("weak", 0.65, compressive_strength=Q_(strength, "Pa"))
-    model = model_of(blocks, joint)
-    result = solve(model, push(1, 0, 0))
-    name = model.interfaces[0].name
-    frame = result.history.interface_frame.isel(interface=0)
+@pytest.mark.parametrize("about", ["s", "t"])
+def test_crushing_domain_of_a_rectangle_is_the_parabola(about):
+    model, result = crushing((1, 0, 0))
+    name, F = model.interfaces[0].name, 0.2e6 * 0.4
     # s is horizontal but either way round: which extent lies across `about` follows from the frame.
-    across = frame.sel(component="t" if about == "s" else "s").to_numpy()
+    across = result.history.interface_frame.isel(interface=0).sel(component="t" if about == "s" else "s").to_numpy()
     depth = float(np.abs(across) @ [0.4, 1.0, 0.0])
     ax = figures.crushing_domain(result, name, about=about, ax=axes())
-    outline = ax.patches[0].get_path().vertices * [1e3, 1e3]
-    F = strength * 0.4
-    N, M = outline.T
+    N, M = (ax.patches[0].get_path().vertices * 1e3).T
     np.testing.assert_allclose(np.abs(M), N * depth / 2 * (1 - N / F), atol=1e-6 * F)
     (n,), (m,) = ax.lines[-1].get_data()
     last = result.resultants.isel(iteration=-1, interface=0)

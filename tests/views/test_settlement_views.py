@@ -14,36 +14,27 @@ from blockstruct import Q_, views
 from blockstruct.views import figures
 from blockstruct.views.page.payload import payload
 from blockstruct.views.report import report_html
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, box, model_of, push
 
 mpl.use("Agg")
-
-STONE = bs.Material("stone", "20 kN/m^3")
 
 
 @pytest.fixture(scope="module")
 def analysis(tmp_path_factory):
-    blocks = [
-        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
-        bs.Block.box("right", Q_([3.5, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
-        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([4, 1, 0.6], "m"), STONE),
-    ]
+    supports = [box(name, [x, 0, -0.3], [0.5, 1, 0.3], fixed=True) for name, x in (("left", 0), ("right", 3.5))]
     cases = [
         bs.SettlementCase("goes down", SELF_WEIGHT, ["left"], "-z"),
         bs.SettlementCase("turns", SELF_WEIGHT, ["left"], "-y", about="[4, 0, 0] m", flow="associative"),
         bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"),
     ]
-    model = model_of(blocks, bs.JointMaterial("joint", 0.6), "beam")
+    model = model_of([*supports, box("beam", [0, 0, 0], [4, 1, 0.6])], bs.JointMaterial("joint", 0.6), "beam")
     path = tmp_path_factory.mktemp("views") / "beam.h5"
     return bs.run(model, cases, path, spread="shifted"), path.parent
 
 
 @pytest.fixture(scope="module")
 def twisted():
-    blocks = [
-        bs.Block.box("base", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), STONE, fixed=True),
-        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), STONE),
-    ]
+    blocks = [box("base", [-1, -1, -0.5], [3, 3, 0.5], fixed=True), box("block", [0, 0, 0], [1, 1, 0.5])]
     twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 1], "kN*m"))])
     return bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.LimitCase("twist", SELF_WEIGHT, twist))
 

@@ -80,7 +80,7 @@ class NotebookPage:
     """The interactive page of an analysis, as the value of a cell.
 
     The page is part of the notebook: it works in a saved notebook, without a kernel and without a network.
-    :attr:`widget` shows the same page in a running notebook, and :attr:`picked` then names the block or interface that is picked.
+    :attr:`widget` shows the same page in a running notebook, and :attr:`picked` is the name picked there.
 
     Parameters
     ----------
