@@ -98,39 +98,37 @@ def test_cases_without_a_check_by_displacement_do_not_hide_those_with_one(call, 
     assert (code, err) == (0, "")
 
 
-def test_a_case_that_falls_is_named_after_the_checks(call, tmp_path):
-    blocks, joint = single_block(0.4, 4.0)
+def test_settlements_and_cases_that_fall_are_named_and_not_checked(call, tmp_path):
+    model = model_of(*single_block(0.4, 4.0))
     away = bs.LoadPattern("away", [bs.SelfWeight(), bs.BodyForce((1, 0, 0), share=0.2)])
-    cases = [bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0)), bs.LimitCase("falls", away, push(1, 0, 0))]
-    path = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "falls.h5")
-    code, out, _ = call("assess", path, "--spectrum", SITE, "--confidence-factor", "1.35")
+    cases = {
+        "settles": bs.SettlementCase("settles", SELF_WEIGHT, ["ground"], "-z", flow="associative"),
+        "rocks": bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0)),
+        "falls": bs.LimitCase("falls", away, push(1, 0, 0)),
+    }
+
+    def stored(*names):
+        done = bs.run(model, [cases[name] for name in names])
+        return bs.save_analysis(done, tmp_path / f"{'-'.join(names)}.h5")
+
+    words = ("--spectrum", SITE, "--knowledge-level", "LC1")
+    both = stored("settles", "rocks")
+    code, out, err = call("assess", both, *words)
+    assert (code, err, out.count("relied on: SLV, linear")) == (0, "", 1)
+    assert out.startswith("not checked: settles (a settlement has no push)\n")
+    target = tmp_path / "r.html"
+    code, out, _ = call("report", both, "-o", target, *words)
+    assert (code, "not checked: settles" in out) == (0, True)
+    assert "capacity / demand 0.823 of “rocks”" in target.read_text(encoding="utf-8")
+    code, out, _ = call("report", both, "-o", target, *words, "--case", "rocks")
+    assert (code, "not checked" in out) == (0, False)
+    code, _, err = call("assess", both, *words, "--case", "settles")
+    assert (code, "case 'settles': a SettlementCase has no push" in err) == (2, True)
+    code, _, err = call("assess", stored("settles"), *words)
+    assert (code, "(settles: a settlement has no push)" in err) == (2, True)
+    code, out, _ = call("assess", stored("rocks", "falls"), *words)
     assert code == 3
     assert "not checked without a load factor: falls (unstable under dead load)" in " ".join(out.split())
-
-
-def test_settlements_are_left_out_of_all_cases(call, tmp_path):
-    blocks, joint = single_block(0.4, 4.0)
-    settles = bs.SettlementCase("settles", SELF_WEIGHT, ["ground"], "-z", flow="associative")
-    rocks = bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0))
-    file = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run([settles, rocks]), tmp_path / "both.h5")
-    words = ("--spectrum", SITE, "--knowledge-level", "LC1")
-    code, out, err = call("assess", file, *words)
-    assert (code, err) == (0, "")
-    assert out.startswith("not checked: settles (a settlement has no push)\n")
-    assert out.count("relied on: SLV, linear") == 1
-    target = tmp_path / "r.html"
-    code, out, err = call("report", file, "-o", target, *words)
-    assert (code, err) == (0, "")
-    assert "not checked: settles" in out
-    assert "capacity / demand 0.823 of “rocks”" in target.read_text(encoding="utf-8")
-    code, out, _ = call("report", file, "-o", target, *words, "--case", "rocks")
-    assert (code, "not checked" in out) == (0, False)
-    code, _, err = call("assess", file, *words, "--case", "settles")
-    assert (code, "case 'settles': a SettlementCase has no push" in err) == (2, True)
-    alone = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run([settles]), tmp_path / "alone.h5")
-    code, _, err = call("assess", alone, *words)
-    assert code == 2
-    assert "no case has a push and a load factor to check (settles: a settlement has no push)" in err
 
 
 def test_the_report_checks_one_case(call, tmp_path):
