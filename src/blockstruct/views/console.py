@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.units import SI_UNITS, short_unit
-from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
+from blockstruct.units import SI_UNITS
+from blockstruct.views.study_text import answer_cell, answer_title, folded_table, parameter_columns, status_cell
 from blockstruct.views.words import (
     admissible_words,
     pushover_words,
@@ -124,14 +124,10 @@ def archive_table(rows: pd.DataFrame) -> Table:
     units = rows.attrs.get("units", {})
     shown = rows[rows["problem"] == ""].to_dict("records")
     varied = [c for c in rows.columns if c.startswith("parameter_")]
-    shorts = short_names([name.removeprefix("parameter_") for name in varied])
     columns: list[tuple[str, list[str], JustifyMethod]] = [
         (name, [row[name] for row in shown], "left") for name in ("path", "case")
     ]
-    for name, short in zip(varied, shorts, strict=True):
-        unit = units.get(name, "dimensionless")
-        symbol = "" if " or " in unit else short_unit(unit)
-        columns.append((short + (f" [{symbol}]" if symbol else ""), [_cell(row[name]) for row in shown], "right"))
+    columns += parameter_columns(shown, varied, units, "parameter_")
     columns.append(("status", [status_cell(row) for row in shown], "left"))
     columns.append((answer_title(shown), [answer_cell(row) for row in shown], "right"))
     if any(math.isfinite(row["curve_end"]) for row in shown):
@@ -145,13 +141,6 @@ def _d0(row: Mapping[Any, Any]) -> str:
     if math.isfinite(row["d0"]):
         return f"{row['d0']:.4g}"
     return f"none, ends at {row['curve_end']:.4g}" if math.isfinite(row["curve_end"]) else ""
-
-
-def _cell(value: Any) -> str:
-    """Return a parameter as a table cell; empty if an analysis does not have it."""
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.6g}"
-    return str(value)
 
 
 def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
