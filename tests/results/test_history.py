@@ -129,6 +129,7 @@ def test_resultants_take_selections(result):
     states = bs.results.contact_state(result.history.isel(iteration=[2, 3]))
     assert states.sizes["iteration"] == 2
     assert states[1].equals(result.states[3])
+    assert set(result.utilisation.coords) == {"iteration", "stage", "interface"}
 
 
 def test_mechanism_is_normalised(result):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,6 +41,7 @@ def study(
 ) -> None:
     """Run a model document with many values of its parameters; finished runs are not repeated."""
     from blockstruct.views import study_following, study_summary, study_table
+    from blockstruct.views.console import plain
     from blockstruct.views.output import write_csv
 
     out.quiet = quiet or as_json
@@ -72,7 +72,11 @@ def study(
             say(study_summary(bs.studies.summary(data)))
     say(f"kept: {output}; next: blockstruct archive {output}")
     if as_json:
-        typer.echo(json.dumps({"attrs": data.attrs, "units": rows.attrs["units"], "rows": _plain(rows)}, indent=2))
+        typer.echo(
+            json.dumps(
+                {"attrs": data.attrs, "units": rows.attrs["units"], "rows": plain(rows.to_dict("records"))}, indent=2
+            )
+        )
     if (~rows["status"].isin([s for s in bs.Status if s.is_answer]) | (rows["missing_curve"] != "")).any():
         raise typer.Exit(Exit.NO_LOAD_FACTOR)
 
@@ -81,10 +85,3 @@ def _with_units(rows: pd.DataFrame) -> pd.DataFrame:
     """Return rows with the unit of each column in its name, as in tables of histories."""
     units = rows.attrs["units"].items()
     return rows.rename(columns={name: f"{name} [{unit}]" for name, unit in units if unit != "dimensionless"})
-
-
-def _plain(rows: pd.DataFrame) -> list[dict[str, object]]:
-    """Return rows for JSON, with None for numbers that are not finite."""
-    finite = rows.astype(object).where(rows.notna() & ~rows.isin([math.inf, -math.inf]), None)
-    found: list[dict[str, object]] = json.loads(finite.to_json(orient="records"))
-    return found

@@ -10,8 +10,7 @@ from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
-from blockstruct.results.comparison import Comparison, compare, relative_difference
-from blockstruct.results.curve_comparison import compared_curves
+from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables

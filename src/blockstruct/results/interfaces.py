@@ -81,31 +81,23 @@ def interface_resultants(history: xr.Dataset) -> xr.Dataset:
     eccentricity = np.concatenate([-moment[..., 2:], moment[..., 1:2]], axis=-1) / N
     dims = (*f.dims[:-2], "interface")
     variables = {
-        "force": (
-            (*dims, "component"),
-            force,
-            {"units": SI_UNITS["force"], "long_name": "N, V_s, V_t on the plus block"},
-        ),
-        "moment": (
-            (*dims, "component"),
-            moment,
-            {"units": SI_UNITS["moment"], "long_name": "torsion M_n, bending M_s, M_t"},
-        ),
-        "eccentricity": (
-            (*dims, "in_plane"),
-            eccentricity,
-            {"units": SI_UNITS["length"], "long_name": "e_s, e_t of N"},
-        ),
+        "force": ("component", force, "force", "N, V_s, V_t on the plus block"),
+        "moment": ("component", moment, "moment", "torsion M_n, bending M_s, M_t"),
+        "eccentricity": ("in_plane", eccentricity, "length", "e_s, e_t of N"),
     }
-    return xr.Dataset(
-        variables, coords={**_coords(history, (*dims, "component")), "in_plane": np.array(["s", "t"], dtype=object)}
+    coords = {**_coords(history, (*dims, "component")), "in_plane": np.array(["s", "t"], dtype=object)}
+    return xr.Dataset(coords=coords).assign(
+        {
+            name: ((*dims, last), values, {"units": SI_UNITS[dimension], "long_name": long_name})
+            for name, (last, values, dimension, long_name) in variables.items()
+        }
     )
 
 
-def _coords(history: xr.Dataset, dims: Sequence[Hashable]) -> dict[str, xr.DataArray]:
+def _coords(history: xr.Dataset, dims: Sequence[Hashable]) -> dict[str, xr.Variable]:
     """Return the names of iterations, interfaces and components, as far as the dimensions have them."""
     names = ("iteration", "stage", "interface", "component")
-    return {name: history[name] for name in names if set(history[name].dims) <= set(dims)}
+    return {name: history[name].variable for name in names if set(history[name].dims) <= set(dims)}
 
 
 def utilisation(history: xr.Dataset) -> xr.Dataset:
@@ -154,12 +146,11 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         "crushing": (crushing_used(history), "dimensionless", "utilisation of the compressive strength"),
         "neutral_axis_depth": (_depth(history, eccentricity.to_numpy()), "length", "depth of the compressed zone"),
     }
-    return xr.Dataset(
+    return xr.Dataset(coords=normal.coords).assign(
         {
             name: (normal.dims, values, {"units": SI_UNITS[dimension], "long_name": long_name})
             for name, (values, dimension, long_name) in variables.items()
-        },
-        coords=normal.coords,
+        }
     )
 
 
