@@ -289,5 +289,6 @@ class Way(StrEnum):
     LOWER_END = "lower end of the range"
     UNIFORM_TORSION = "torsion of uniform pressure"
     BIAXIAL = "crushing about both axes"
+    OTHER_PROCEDURE = "another procedure"
     WEIGHTS = "displacement of the weights"
     ALONE = "a body that overturns alone"

@@ -1,5 +1,6 @@
 """The words of every note and of the other sentences on results, each pinned once: the notes in ``notes.txt``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ NOTES = [
     *caveats(SETTLED, REACTION, bound=INF),
     *caveats(UNBOUNDED, bound=INF),
     *caveats(SETTLED, jammed=["a", "b", "c", "d"]),
+    *caveats(replace(SETTLED, other_procedure=0.8 * SETTLED.load_factor), jammed=["a"]),
+    *caveats(replace(SETTLED, other_procedure=SETTLED.load_factor), bound=INF),
     text.torsion_note(["a|b"], 1.848, 0.459, "load factor", at_corners=True),
     text.torsion_note(["a", "b", "c", "d", "e"], 1.848, None, "load factor", at_corners=True),
     text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
@@ -65,6 +68,7 @@ NOTES = [
     a.state_missed("SLD", 0.99996, "not satisfied"),
     a.changed_coefficients([("behaviour factor q", 1.5, 2.0, "C8.7.1.2.1.7")]),
     a.direction_without("push +x", Status.UNSTABLE),
+    a.unit_size(0.6, 0.8995),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),
     a.edge_is_long(5.0, 2.5),

@@ -381,9 +381,16 @@ class CaseResult:
 
     @property
     def wanted_effects(self) -> tuple[str, ...]:
-        """Facts of the outcome that would tell the effect of a note: ``uniform_torsion``, ``biaxial_crushing``."""
-        torsion = any(note.code in _OF_CORNERS for note in self._torsion)
-        return ("uniform_torsion",) * torsion + ("biaxial_crushing",) * (self._crushing is not None)
+        """Facts of the outcome that state the effect of a note.
+
+        They are ``uniform_torsion``, ``biaxial_crushing`` and ``other_procedure``.
+        """
+        wanted = {
+            "uniform_torsion": any(note.code in _OF_CORNERS for note in self._torsion),
+            "biaxial_crushing": self._crushing is not None,
+            "other_procedure": any(note.code in (NoteCode.JAMMED, NoteCode.JAMMED_PART) for note in self._caveats),
+        }
+        return tuple(name for name, needed in wanted.items() if needed)
 
     @property
     def _cells(self) -> Note | None:

@@ -76,7 +76,8 @@ _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite, with their dimension.
 _FACTS = {
     **dict.fromkeys(
-        ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing"), "dimensionless"
+        ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing", "other_procedure"),
+        "dimensionless",
     ),
     "collapse_time": "time",
 }
