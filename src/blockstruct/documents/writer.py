@@ -231,12 +231,7 @@ def _case(case: Case) -> dict[str, Any]:
             **rounding,
         }
     if isinstance(case, LimitCase):
-        return {
-            "name": case.name,
-            "dead": case.dead.name,
-            "variable": case.variable.name,
-            "flow": str(case.flow),
-        }
+        return {"name": case.name, "dead": case.dead.name, "variable": case.variable.name, "flow": str(case.flow)}
     if isinstance(case, RecordCase):
         time = case.time
         along = {} if case.direction is None else {"direction": list(case.direction)}
