@@ -5,6 +5,7 @@ from pathlib import Path
 
 import attrs
 import numpy as np
+import pypdf
 import pytest
 
 import blockstruct as bs
@@ -154,7 +155,7 @@ def test_pushover(capsys):
 
 
 @pytest.mark.slow
-def test_house(tmp_path):
+def test_house(tmp_path, call):
     """One number on every output, found in a minute: four directions, and the range of the one that governs."""
     from blockstruct.views.report import report_html
 
@@ -169,5 +170,14 @@ def test_house(tmp_path):
     page = report_html(found.analysis, checks=found.checks.values())
     assert f"<b>{text}</b>" in page
     assert f"capacity / demand {text} of" in page.replace("\u00a0", " ")
-    bs.save_analysis(found.analysis, tmp_path / "house.h5")
-    assert bs.open_analysis(tmp_path / "house.h5")[check.result.name].load_factor == check.alpha0
+    paper = [p.extract_text().replace("\u00a0", " ") for p in pypdf.PdfReader(found.report(tmp_path / "h.pdf")).pages]
+    assert len(paper) <= 12
+    assert f"capacity / demand {text} of" in paper[0].replace("\n", " ")
+    # A direction has one page: the next one begins on the next page.
+    first = [next(k for k, p in enumerate(paper) if f"{name}\ndead + load factor" in p) for name in found.table.index]
+    assert np.diff(first).tolist() == [1, 1, 1]
+    path = bs.save_analysis(found.analysis, tmp_path / "house.h5")
+    assert bs.open_analysis(path)[check.result.name].load_factor == check.alpha0
+    site = ("--spectrum", "ag=0.1 g_0, F0=2.4, Tc=0.3 s, soil=B", "--knowledge-level", "LC1")
+    code, out, _ = call("assess", path, "--case", check.result.name, *site)
+    assert (code, f"capacity / demand = {text}, satisfied" in out) == (0, True)

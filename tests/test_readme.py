@@ -22,6 +22,8 @@ PAGES = [
 ]
 
 
+HOW_TOS = [p for p in sorted((ROOT / "docs" / "how-to").glob("*.md")) if p.name != "index.md"]
+
 #: What sets up the environment in which tests run.
 SETS_UP = ("make", "pip")
 LANGUAGES = rf"```(python|sh|{re.escape(CELL)})\n(.*?)```"
@@ -79,6 +81,16 @@ def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis, b
     if "write_obj(" not in page.read_text(encoding="utf-8"):
         bs.imports.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
     carry_out(page, call, {"bs": bs, "xarray": xarray})
+
+
+@pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.name)
+def test_a_how_to_is_short_and_has_a_picture(page):
+    text = page.read_text(encoding="utf-8")
+    code = [part for language, part in re.findall(r"```([^\n]*)\n(.*?)```", text, re.DOTALL) if language != "text"]
+    prose = re.sub(r"```.*?```|\A---.*?---", "", text, flags=re.DOTALL)
+    assert len(prose.split()) <= 400
+    assert max((len(line) for part in code for line in part.splitlines()), default=0) <= 80
+    assert "![" in prose or re.search(r"\bax = ", text)
 
 
 def test_what_sets_up_is_a_target_of_make():

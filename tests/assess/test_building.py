@@ -1,6 +1,7 @@
 """Several directions in one call, and several sizes of units."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import blockstruct as bs
@@ -10,6 +11,7 @@ from structures import SELF_WEIGHT, STONE, model_of, push
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 DRY = bs.JointMaterial("dry", 0.7)
+RATIO = "capacity / demand"
 UNSTABLE = Outcome(bs.Status.UNSTABLE, np.nan, bs.vocabulary.Reason.DEAD_LOAD_NOT_CARRIED, carried=0.5)
 
 
@@ -81,5 +83,19 @@ def test_units_of_any_size_turn_as_one_wall():
     ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=checked)
     assert ratios.fine == pytest.approx(0.25 / 1.35 / 0.06, rel=1e-3)
     assert np.isnan(ratios.scatter)
+    assert found.notes == ratios.notes == ()
+
+
+def test_a_ratio_below_one_with_other_units_leaves_the_verdict_open(found):
+    """The tile, the verdict and the text of the building all say so."""
+    table = pd.DataFrame({"size [meter]": [1.0, 0.5], RATIO: [1.1, 0.9], "settled": True})
+    sizes = bs.assess.UnitSizes(RATIO, table, 0.7, np.nan)
+    other = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False, unit_sizes=sizes)
+    assert [note.code for note in other.verdict.open] == ["unit_size"]
+    assert (found.verdict.satisfied, other.verdict.satisfied, other.governing.satisfied) == (True, False, False)
+    assert other.verdict.ratio == pytest.approx(found.verdict.ratio)
+
+
+def test_unit_sizes_of_nothing_are_refused():
     with pytest.raises(bs.errors.ModelError, match="two at least"):
         bs.assess.unit_sizes(columns, ["1 m"])

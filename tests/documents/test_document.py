@@ -289,10 +289,14 @@ def test_violations_of_a_load_are_relative_to_its_kind(tmp_path, load, violation
     assert all("/load_patterns/dead/1" in line and word in line for word, line in zip(violations, lines, strict=True))
 
 
-def test_a_name_that_reads_as_a_number_needs_quotes(tmp_path):
-    path = write(tmp_path, changed("blocks", 1, "name", to="1.1"))
-    path.write_text(path.read_text(encoding="utf-8").replace("'1.1'", "1.1"), encoding="utf-8")
-    with refused(DOCUMENT, "/blocks/1/name 1.1 quoted"):
+@pytest.mark.parametrize("name", ["1.10", "-0.50", "7"])
+def test_a_name_that_reads_as_a_number_needs_quotes(tmp_path, name):
+    """Every YAML reader takes 1.10 for 1.1, which is another block: the message has it as written."""
+    path = write(tmp_path, changed("blocks", 1, "name", to=name))
+    quoted = path.read_text(encoding="utf-8")
+    path.write_text(quoted.replace(f"'{name}'", name), encoding="utf-8")
+    assert f"'{name}'" in quoted
+    with refused(DOCUMENT, f"/blocks/1/name {name} quote"):
         bs.read_document(path)
 
 

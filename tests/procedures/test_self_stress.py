@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 
 import pytest
 
@@ -205,11 +206,15 @@ def test_a_jammed_block_is_told_beside_one_that_bounds_the_load(load):
     case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(*load), "nonassociative")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        result = bs.AnalysisManager(bs.Model("model", model.blocks, joints)).run([case])["case"]
+        result = bs.AnalysisManager(bs.Model("model", model.blocks, joints), effects=False).run([case])["case"]
     assert result.associative_load_factor == pytest.approx(1.0, rel=1e-6)
     assert result.status == "converged"
     assert result.jammed == (("stuck",) if load[1] else ())
     assert len(caught) == len(result.warnings) == bool(load[1])
+    assert result.wanted_effects == ("other_procedure",) * bool(load[1])
+    for other, told in ((result.load_factor, False), (0.9 * result.load_factor, True)):
+        known = result.changed(outcome=replace(result.outcome, other_procedure=other))
+        assert bool(known.warnings) == (told and bool(load[1]))
 
 
 def test_a_problem_is_the_sum_of_its_groups():

@@ -18,7 +18,7 @@ from test_ferris_tin_loi_walls import WALLS
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import crushing
-from blockstruct.results.utilisation import beyond_rectangle
+from blockstruct.results.interfaces import beyond_rectangle
 from blockstruct.text import NoteCode, effect_note
 from structures import box, divided, extruded, model_of, moved, push, random_frame, rotation, single_block, solve
 

@@ -1,4 +1,4 @@
-"""The effect of torsion and crushing: cases run again by the remedy of a note."""
+"""The effect of torsion, crushing and self-stress: cases run again by the remedy of a note."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,7 +19,8 @@ def with_effects(result: CaseResult) -> CaseResult:
     """Return a result with the load factor that the remedy of each note gives.
 
     A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
-    the exact condition. Each remedy takes one to three times as long as the case.
+    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times as long as
+    the case.
     """
     facts: dict[str, Any] = {}
     wanted = result.wanted_effects
@@ -28,6 +29,9 @@ def with_effects(result: CaseResult) -> CaseResult:
     if "biaxial_crushing" in wanted:
         exact = replace(result.settings, crushing="conic", crushing_interaction="biaxial")
         facts["biaxial_crushing"] = _load_factor(result.model, result, exact)
+    if "other_procedure" in result.wanted_effects:
+        other = "fictitious" if result.settings.procedure == "loading path" else "loading path"
+        facts["other_procedure"] = _load_factor(result.model, result, replace(result.settings, procedure=other))
     return result.changed(outcome=replace(result.outcome, **facts)) if facts else result
 
 

@@ -28,6 +28,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.limit import ConicProgram, LimitProblem, ProcedureSettings, Sliding
 from blockstruct.limit.friction import frozen_sliding
 from blockstruct.limit.motion import unit_of_velocity
@@ -41,8 +42,8 @@ from blockstruct.vocabulary import SolverStatus
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Accuracy of the programs, and relative change of the acceleration below which it counts as the same.
-_ACCURATE, _SAME = 1e-8, 1e-3
+#: Accuracy of the programs.
+_ACCURATE = 1e-8
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +92,12 @@ def least_activation(
     alpha0 = result.load_factor * forces.share
     best = Activation(alpha0, counted.e_star, len(counted.names))
     # No motion has more than e* = 1. A load factor without its own history has no forces to use.
-    if best.e_star > 1 - _SAME or not alpha0 > 0 or np.isfinite(result.outcome.without_crushing):
+    if best.e_star > 1 - ACCURACY or not alpha0 > 0 or np.isfinite(result.outcome.without_crushing):
         return best
     search, weight = _Search.of(result, forces, bodies, counted), best.alpha * best.e_star
     found = search.least(weight, best.acceleration)
     while found is not None:
-        if found.acceleration < (1 - _SAME) * best.acceleration:
+        if found.acceleration < (1 - ACCURACY) * best.acceleration:
             motion = np.zeros((len(result.model.blocks), 6))
             motion[search.blocks] = found.motion
             best, weight = Activation(found.alpha, 1 / found.q, search.count, motion), found.weight
@@ -232,7 +233,7 @@ class _Search:
         if found is None or found.alpha >= limit:
             return None
         again = self.solved(found.weight)
-        while again is not None and again.acceleration < (1 - _SAME) * found.acceleration:
+        while again is not None and again.acceleration < (1 - ACCURACY) * found.acceleration:
             found, again = again, self.solved(again.weight)
         return found
 

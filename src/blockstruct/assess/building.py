@@ -141,7 +141,8 @@ def building(  # noqa: PLR0913
     settings, progress
         See :class:`blockstruct.AnalysisManager`.
     unit_sizes
-        Answers with units of other sizes, for the report: :func:`blockstruct.assess.unit_sizes`.
+        Answers with units of other sizes: :func:`blockstruct.assess.unit_sizes`. The report states them, and the
+        verdict is not satisfied while one of their ratios is below one.
 
     Returns
     -------
@@ -178,6 +179,8 @@ def building(  # noqa: PLR0913
         results |= more
         checks[name] = checked(more.spread(name))
     governs = _governing(checks)
+    if unit_sizes is not None:
+        checks[governs] = replace(checks[governs], notes=(*checks[governs].notes, *unit_sizes.notes))
     found = {name: result if (result.of_case or name) == governs else _last(result) for name, result in results.items()}
     kept = Analysis(model, found, analysis.created_at, analysis.versions, solver_options=analysis.solver_options)
     return Building(kept, MappingProxyType(checks), unit_sizes)

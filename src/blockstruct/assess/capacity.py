@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult, MacroBlock
@@ -20,11 +21,6 @@ Array = NDArray[np.float64]
 
 #: Distance between the hinge of the forces and the axis of the velocities, relative to the extent of the body.
 _APART = 2e-3
-#: Setback of the hinge without the ties that lift the body, relative to its distance from the control point along the
-#: joint, up to which the setback is neglected in d0.
-_LIFTED = 1e-3
-#: Share of the friction of a joint that counts as rounding; force, relative to the largest, from which a joint counts.
-_SLIDES, _PRESSED = 1e-3, 1e-3
 #: Points of the curve between two tie breaks.
 _SAMPLES = 60
 
@@ -107,7 +103,7 @@ def curve_of_rotation(
     pulls = pulls_at(result.model, body.blocks, force)
     turning = RigidRotation.of(result.model, case, members, hinge, direction, pulls)
     alpha = turning.load_factor(0.0)
-    if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
+    if abs(alpha - result.load_factor) > ACCURACY * result.load_factor:
         msg = (
             f"the moments of weight and ties about the hinge give a load factor of {alpha:.4g}, not "
             f"{result.load_factor:.4g}: something else resists, too; {instead}"
@@ -131,7 +127,7 @@ def curve_of_rotation(
     lost = [tie for tie in turning.ties if all(tie is not held for held in parts[-1][0].ties)]
     lift = sum(tie.force * float(tie.direction @ pressed.normal) for tie in lost)
     back = pressed.setback(turning.axis, near) * lift / pressed.force
-    if back > _LIFTED * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
+    if back > ACCURACY * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
         msg = (
             f"ties that lift the body break before α vanishes, or do not count ({', '.join(t.name for t in lost)}), "
             f"so its joints crush further than at collapse, which moves the hinge back by "
@@ -156,7 +152,7 @@ def curve_of_rotation(
     # At collapse the friction found holds the body, whatever it consists of.
     at_rest = turning.force(0.0)
     pressing = -float(at_rest @ pressed.normal)
-    most = (1 + _SLIDES) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
+    most = (1 + ACCURACY) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
     slides = min(current.slides(most, pressed.normal, angles) for current, angles, _ in parts)
     if np.isfinite(slides):
         cohesive = any(i.joint_material.cohesion for i in result.model.interfaces)
@@ -317,7 +313,7 @@ class _Pressed:
             min(
                 i.joint_material.friction_coefficient
                 for i, N in zip(joints, total[outside], strict=True)
-                if _PRESSED * total[outside].max() < N
+                if ACCURACY * total[outside].max() < N
             ),
             max(depths),
             np.concatenate([i.polygon for i in joints]),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, block_rotations
@@ -20,9 +21,6 @@ Array = NDArray[np.float64]
 
 #: Motion of the control point in the mechanism, relative to the largest, from which it measures the displacement.
 _MOVES = 0.05
-#: Return motion, relative to the largest displacement, that is neglected: at most 0.25 % of d_SLV, which is 0.4 d0.
-#: Points move back by as little if one hinge closes and another opens.
-_BACK = 1e-3
 #: Sine of the largest angle between the directions of the control point and of the push.
 _ALONG = 1e-2
 
@@ -148,7 +146,7 @@ def d0_of_weights(
 
 def _turns_back(way: Array) -> NDArray[np.bool_]:
     """Return the states, (state, …), in which displacements are smaller than before."""
-    return np.asarray(np.maximum.accumulate(way) - way > _BACK * way.max(axis=0))
+    return np.asarray(np.maximum.accumulate(way) - way > ACCURACY * way.max(axis=0))
 
 
 def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:

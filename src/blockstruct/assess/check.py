@@ -13,15 +13,14 @@ from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock, with_motion
 from blockstruct.text import SMALL, Note, direction_text, in_g, shown, smaller_bodies
-from blockstruct.vocabulary import Way
+from blockstruct.vocabulary import Way, listed
 
 g = STANDARD_GRAVITY
-#: Difference of e* from one that counts as rounding.
-_ONE = 1e-4
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 
 
@@ -172,11 +171,8 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.1",
                 ),
                 [Line(f"{name}, blocks: {len(by_name[name].blocks)}", self._body(W, d)) for name, W, d in large],
-                [self._smaller(small)] if small else [],
-                [
-                    Line(f"{name} hardly moves along the push", f"{self._body(W, d)}, and takes no part in the sums")
-                    for name, W, d in (whole.left_out.each if whole.left_out else [])
-                ],
+                [self._summed(smaller_bodies(len(small)), small)] if small else [],
+                [self._summed("not in the sums, hardly moving", whole.left_out.each)] if whole.left_out else [],
                 [Line("bodies at rest", f"{resting}, which take{'s' * (resting == 1)} no part")] if resting else [],
             ),
             section(
@@ -189,15 +185,21 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.3",
                 ),
                 Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
-                [Line("least capacity of a later mechanism", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
+                [Line("least capacity of a later mechanism", self._floor, "e* ≤ 1")]
+                if whole.e_star < 1 - ACCURACY
+                else [],
             ),
             section(
                 "Capacity curve",
                 list(self.curve.lines) if self.curve else Line("none", self.missing_curve, "C8.7.1.2.1.2"),
+                is_detail=self.relied_on == METHODS["linear"],
             ),
             section("Demand at SLV", self.spectrum.lines(), Line("demand of other mechanisms", HIGHER, "C8.7.1.2.1.8")),
         ]
-        found += [section(state.name, list(state.lines)) for state in self.limit_states.values()]
+        found += [
+            section(state.name, list(state.lines), is_detail=state.name != self.relied_on)
+            for state in self.limit_states.values()
+        ]
         governing = self.verdict.governing
         if governing.way is not Way.COLLAPSE:
             found.append(section(f"{governing.state.name}, {governing.way}", self._governing(governing)))
@@ -231,7 +233,10 @@ class LocalMechanismCheck:
             f"a0* = α g / (e* FC) = {shown(way.alpha)} · {g:g} m/s² / ({shown(way.e_star)} · "
             f"{shown(self.confidence_factor)}) = {in_g(self.acceleration, g)}"
         )
-        return [Line("acceleration that activates it", formula, "C8.7.1.2.1.1, C8.7.1.2.1.5"), *way.state.lines]
+        # The demand is that of the collapse mechanism.
+        known = self.limit_states[self.relied_on].lines
+        other = [line for line in way.state.lines if line not in known]
+        return [Line("acceleration that activates it", formula, "C8.7.1.2.1.1, C8.7.1.2.1.5"), *other]
 
     @property
     def _floor(self) -> str:
@@ -242,11 +247,11 @@ class LocalMechanismCheck:
         return f"P + Q = {shown(weight / 1e3, 'kN')}, δ = {shown(round(displacement, 9) + 0.0)}"
 
     @staticmethod
-    def _smaller(each: Sequence[tuple[str, float, float]]) -> Line:
-        """Return one line for the bodies below two percent of the weight."""
-        _, weights, delta = zip(*each, strict=True)
-        text = f"P + Q = {shown(sum(weights) / 1e3, 'kN')}, δ from {shown(min(delta))} to {shown(max(delta))}"
-        return Line(smaller_bodies(len(each)), text)
+    def _summed(what: str, each: Sequence[tuple[str, float, float]]) -> Line:
+        """Return one line for several bodies."""
+        names, weights, delta = zip(*each, strict=True)
+        ends = " to ".join(dict.fromkeys(shown(round(d, 9) + 0.0) for d in (min(delta), max(delta))))
+        return Line(what, f"{listed(names)}: P + Q = {shown(sum(weights) / 1e3, 'kN')}, δ = {ends}")
 
     def __str__(self) -> str:
         head = [

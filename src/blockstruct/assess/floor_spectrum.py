@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.assess.tolerances import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
 from blockstruct.text import in_g, shown
@@ -22,8 +23,6 @@ g = STANDARD_GRAVITY
 
 #: Relative difference of |γ ψ| of the first mode, from which two heights differ.
 _OTHER_HEIGHT = 0.1
-#: Relative difference of one ag in two units that counts as rounding.
-_ROUNDING = 1e-9
 #: Largest plausible |γ ψ| of a mode; 85 for a mass of 85 % is not. Tops of buildings have 1.2 to 1.6. An appendage in
 #: resonance with the building has 1/(2 √μ), which is 10 for a mass μ of 1/400 of the mode.
 _MOST_AMPLIFIED = 10.0
@@ -277,7 +276,7 @@ def _check_site(who: str, weaker: NtcSpectrum, stronger: NtcSpectrum) -> None:
         if one != other:
             msg = f"{who}: {what} {one!r} and {other!r}, for one site; give both with the same {what}"
             raise ModelError(msg)
-    if weaker.ag > (1 + _ROUNDING) * stronger.ag:
+    if weaker.ag > (1 + ROUNDING) * stronger.ag:
         ag = " and ".join(in_g(spectrum.ag, g) for spectrum in (weaker, stronger))
         msg = f"{who}: ag is {ag}, but it must not fall from SLD to SLV to SLC; give each limit state its own"
         raise ModelError(msg)

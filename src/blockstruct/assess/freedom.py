@@ -6,16 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.assess.participation import HorizontalForces
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import CaseResult, MacroBlock, tie_state
 from blockstruct.vocabulary import TieState
 
 Array = NDArray[np.float64]
 
-#: Work, relative to weight times motion of the lesser body, and force, relative to its weight, that count as zero.
-_NOTHING, _UNLOADED = 1e-3, 1e-4
-#: Motion at a joint, relative to the scale of the mechanism, that counts as zero.
-_STICKS = 1e-3
+#: Force at a joint, relative to the weight of the lesser body, that counts as zero.
+_UNLOADED = 1e-4
 #: Least resistance to a motion, if one joint resists with about one. Motions are accurate to about 1e-6, and long
 #: chains of bodies resist little.
 _RESISTED = 1e-9
@@ -51,7 +50,7 @@ def separate_mechanisms(
     one, other = (np.array([body_of.get(name, -1) for name in names]) for names in sides)
     passed = np.min([_work(result, names) for names in sides], axis=0)
     own = np.array([body.total * np.linalg.norm(body.translation) for body in moving])
-    joined = (one >= 0) & (other >= 0) & (passed > _NOTHING * np.minimum(own[one], own[other]))
+    joined = (one >= 0) & (other >= 0) & (passed > ACCURACY * np.minimum(own[one], own[other]))
     pairs = np.column_stack([one, other])[joined].tolist()
     pairs += [[body_of[name] for name in tie.blocks] for tie in _stressed(result, body_of)]
     start, end = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
@@ -60,7 +59,7 @@ def separate_mechanisms(
     of_force = np.array([body_of.get(b.name, -1) for b in model.blocks])[forces.block]
     work = np.where(of_force >= 0, forces.weight * forces.displacements(model, result.mechanism), 0.0)
     pushed = np.bincount(part[of_force], work, minlength=count)
-    found = np.flatnonzero(np.abs(pushed) > _NOTHING * np.bincount(part, own, minlength=count))
+    found = np.flatnonzero(np.abs(pushed) > ACCURACY * np.bincount(part, own, minlength=count))
     return [[body for body, of in zip(moving, part, strict=True) if of == k] for k in found] or [moving]
 
 
@@ -132,7 +131,7 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
     there = at(np.array([model.interfaces[k].polygon.mean(axis=0) for k in loaded]).reshape(-1, 3))
     goes = np.einsum("jab,jb->ja", there, u[plus] - u[minus])
     size = np.linalg.norm(goes, axis=1)
-    way = np.where(size > _STICKS, 1 / np.maximum(size, _STICKS), 0.0)[:, None] * goes
+    way = np.where(size > ACCURACY, 1 / np.maximum(size, ACCURACY), 0.0)[:, None] * goes
     across = there - way[:, :, None] * np.einsum("ja,jab->jb", way, there)[:, None]
     ends = [(minus, -across), (plus, across)]
     ties = _stressed(result, number)

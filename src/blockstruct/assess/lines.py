@@ -39,18 +39,27 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Lines under a heading."""
+    """Lines under a heading.
+
+    Attributes
+    ----------
+    title : str
+    lines : tuple of Line
+    is_detail : bool
+        Whether the verdict does not rest on them, such as those of another limit state.
+    """
 
     title: str
     lines: tuple[Line, ...]
+    is_detail: bool = False
 
     def __str__(self) -> str:
         return "\n".join([self.title, *(f"  {line}" for line in self.lines)])
 
 
-def section(title: str, *lines: Line | Sequence[Line]) -> Section:
+def section(title: str, *lines: Line | Sequence[Line], is_detail: bool = False) -> Section:
     """Return a section of lines and sequences of lines."""
     flat: list[Line] = []
     for one in lines:
         flat += [one] if isinstance(one, Line) else one
-    return Section(title, tuple(flat))
+    return Section(title, tuple(flat), is_detail)

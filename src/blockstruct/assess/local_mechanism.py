@@ -28,21 +28,18 @@ from blockstruct.assess.participation import HorizontalForces, Participation, of
 from blockstruct.assess.rotation import RigidRotation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.assess.tolerances import ACCURACY, OTHER_CURVE
 from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
-from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed
 
 g = STANDARD_GRAVITY
-#: Relative difference of α0 from which a mechanism by hand begins below the one found.
-_BELOW = 1e-3
-#: Relative difference of d0 from which a pushover ends after a body that turns about its hinge alone.
-_LATER = 0.03
 
 
 def local_mechanism(  # noqa: PLR0913
@@ -243,7 +240,7 @@ class _Request:
                 others += [WayOfChecking(way, alpha0, whole.e_star, one) for way, one in pairs if one]
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
-        if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
+        if beside is not None and beside.alpha0 < (1 - ACCURACY) * alpha0:
             notes.append(assessment.hand_is_lower(beside.alpha0, alpha0))
         return LocalMechanismCheck(
             result=found,
@@ -305,8 +302,13 @@ class _Request:
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
             notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
         # The notes of the case state the effect of these remedies on its load factor.
-        remedies = ((Way.UNIFORM_TORSION, found.outcome.uniform_torsion), (Way.BIAXIAL, found.outcome.biaxial_crushing))
-        for way, load_factor in remedies:
+        outcome = found.outcome
+        remedies = {
+            Way.UNIFORM_TORSION: outcome.uniform_torsion,
+            Way.BIAXIAL: outcome.biaxial_crushing,
+            Way.OTHER_PROCEDURE: outcome.other_procedure,
+        }
+        for way, load_factor in remedies.items():
             low = load_factor / found.load_factor
             if low < 1 - EFFECT and (one := state(low * a0)):
                 ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low))
@@ -324,7 +326,7 @@ class _Request:
             alone = curve_of_rotation(self.found, self.case, bodies, self.forces, a0_star)
         except ModelError:
             return [], None
-        state = slv(alone) if pushed.d0 > (1 + _LATER) * alone.d0 else None
+        state = slv(alone) if pushed.d0 > (1 + OTHER_CURVE) * alone.d0 else None
         if state is None:
             return [], None
         return [assessment.overturns_alone(pushed.d0, alone.d0, state.name, state.ratio)], state

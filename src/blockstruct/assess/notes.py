@@ -12,23 +12,18 @@ from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
+from blockstruct.assess.tolerances import ACCURACY, OTHER_CURVE, STANDS
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_words, tie_state
-from blockstruct.text import Note, Severity, assessment
+from blockstruct.text import EFFECT, Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
 
-#: Relative shortfall, and excess, of d0 by the control point against d0 by the weights, from which there is a note.
-_BELOW, _ABOVE = 0.03, 0.01
 #: Motion out of the plane of a mechanism, relative to the largest, from which there is a note.
 _OUT_OF_PLANE = 0.05
 #: Load factor at the end of a capacity curve, relative to the first, from which the curve ends too early.
 _LEFT = 0.1
 #: Height above the foot of the structure, relative to its own, from which a mechanism needs a floor spectrum.
 _HIGH = 0.25
-#: Difference in height, relative to the length of the model, below which two mechanisms stand on one level.
-_LEVEL = 1e-3
-#: Vertical part of the normal of a joint from which its upper block stands on the lower one.
-_UPON = 0.5
 
 
 def notes_of(
@@ -54,7 +49,7 @@ def notes_of(
 def without_small(whole: Participation) -> Participation:
     """Return the participation without bodies that move far less than the others along the push, if they raise a0*."""
     large, _ = whole.parted()
-    return whole if whole.e_star >= large.e_star / (1 + _ABOVE) else large
+    return whole if whole.e_star >= large.e_star / (1 + EFFECT) else large
 
 
 def note_of_small(whole: Participation, large: Participation, a0_star: float, state: LimitState) -> Note:
@@ -144,8 +139,8 @@ def _stands(model: Model, moving: Collection[str]) -> bool:
     """Return whether any moving block stands on a support, rather than next to one."""
     fixed = {b.name for b in model.blocks if b.fixed}
     return any(
-        (i.plus in moving and i.minus in fixed and i.normal[2] > _UPON)
-        or (i.minus in moving and i.plus in fixed and -i.normal[2] > _UPON)
+        (i.plus in moving and i.minus in fixed and i.normal[2] > STANDS)
+        or (i.minus in moving and i.plus in fixed and -i.normal[2] > STANDS)
         for i in model.interfaces
     )
 
@@ -154,7 +149,7 @@ def notes_of_height(model: Model, beside: Overturning, part: Sequence[MacroBlock
     """Return whether the mechanism by hand stands higher than the one found, which changes its demand."""
     feet = [min(model.block(n).shape.vertices[:, 2].min() for n in names) for names in (beside.blocks, _moving(part))]
     height = float(feet[0] - feet[1])
-    return [assessment.hand_is_higher(height)] if height > _LEVEL * model.characteristic_length else []
+    return [assessment.hand_is_higher(height)] if height > ACCURACY * model.characteristic_length else []
 
 
 def notes_of_control(
@@ -168,7 +163,7 @@ def notes_of_control(
 ) -> tuple[list[Note], LimitState | None]:
     """Return the note on a control point apart from the weights, and SLV by their d0."""
     d0, of_weights = curve.d0, d0_of_weights(model, capacity, forces, _moving(bodies), whole.e_star)
-    if -_BELOW * of_weights <= d0 - of_weights <= _ABOVE * of_weights:
+    if -OTHER_CURVE * of_weights <= d0 - of_weights <= EFFECT * of_weights:
         return [], None
     less = slv(curve.with_d0(of_weights)) if 0 < of_weights < d0 else None
     return [assessment.control_point(d0, of_weights, (less.name, less.ratio) if less else None)], less

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from blockstruct.assess.lines import Line, section
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
+from blockstruct.assess.tolerances import ROUNDING, STANDS
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.text import Note, assessment, shown
+from blockstruct.text import EFFECT, Note, assessment, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
 
@@ -27,16 +28,10 @@ _BESIDE = 0.05
 _PASSES = 3
 #: Angles that bracket the one at which the resultant leaves the edge.
 _ANGLES = 60
-#: Sine of the angle between an edge and the vertical below which it is upright.
-_UPRIGHT = 1e-6
-#: Vertical part of the normal of a joint from which a block stands on it.
-_LEVEL = 0.5
 #: Distance between an edge and a joint, relative to the extent of the blocks, up to which the edge lies at the joint.
 _AT_JOINT = 5e-3
 #: Points of an edge that are tested against a joint.
 _POINTS = 41
-#: Relative difference from which an edge that crushes is longer than its joints.
-_LONGER = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +155,7 @@ def overturning(
             msg = f"{who}: compressive strength {f_c:.4g} Pa; give more than zero, or leave it out for no setback"
             raise ModelError(msg)
         inward = np.cross(axis, [0.0, 0.0, 1.0])
-        if np.linalg.norm(inward) < _UPRIGHT:
+        if np.linalg.norm(inward) < ROUNDING:
             msg = f"{who}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
             raise ModelError(msg)
         inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
@@ -189,7 +184,7 @@ def overturning(
         for pull in pulls
     ]
     alpha0 = rotation.load_factor(0.0) * forces.share
-    if alpha0 <= 0 and np.hypot(*axis[:2]) < _UPRIGHT:
+    if alpha0 <= 0 and np.hypot(*axis[:2]) < ROUNDING:
         msg = f"{who}: weight does not hold blocks that turn about an upright edge; give a level one, at their foot"
         raise ModelError(msg)
     if alpha0 <= 0:
@@ -266,7 +261,7 @@ def _leaves(rotation: RigidRotation, free: RigidRotation, theta0: float, length:
     At rest the ties count, and then they do not.
     """
     level = np.array([0.0, 0.0, 1.0]) - rotation.axis[2] * rotation.axis
-    if np.linalg.norm(level) < _UPRIGHT:
+    if np.linalg.norm(level) < ROUNDING:
         return np.inf
     ends, normal = (-length / 2, length / 2), level / np.linalg.norm(level)
     at_rest = rotation.leaves(ends, normal, np.zeros(1))
@@ -290,7 +285,7 @@ def _pressed(down: float, pulls: Sequence[Pull]) -> float:
 def _standing_on(model: Model, names: set[str]) -> list[Line]:
     """Return the line on blocks that stand on these and are not among them."""
     counted = names | {b.name for b in model.blocks if b.fixed}
-    level = [joint for joint in model.interfaces if abs(joint.normal[2]) > _LEVEL]
+    level = [joint for joint in model.interfaces if abs(joint.normal[2]) > STANDS]
     pairs = [(j.minus, j.plus) if j.normal[2] > 0 else (j.plus, j.minus) for j in level]
     standing = dict.fromkeys(above for below, above in pairs if below in names and above not in counted)
     return [Line("standing on them, not counted", ", ".join(standing), "C8.7.1.2.1.1")] if standing else []
@@ -303,7 +298,7 @@ def _notes_of_joints(
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis = (ends[1] - ends[0]) / length
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
-    if np.linalg.norm(up) < _UPRIGHT:
+    if np.linalg.norm(up) < ROUNDING:
         return ()
     up /= np.linalg.norm(up)
     corners = np.concatenate([b.shape.vertices for b in turning])
@@ -312,7 +307,7 @@ def _notes_of_joints(
     joints = _joints_at(model, set(below), ends[0], axis, pressing, near)
     if any(begin <= length + near and end >= -near for begin, end in joints):
         total = _length_of(joints)
-        if not crushes or length <= (1 + _LONGER) * total:
+        if not crushes or length <= (1 + EFFECT) * total:
             return ()
         return (assessment.edge_is_long(length, total),)
     furthest = max(below, key=below.__getitem__)
@@ -330,10 +325,10 @@ def _joints_at(
     for joint in model.interfaces:
         inward = joint.normal if joint.plus in names else -joint.normal
         within = (joint.minus in names) == (joint.plus in names)
-        if within or inward @ pressing >= -_UPRIGHT * np.linalg.norm(pressing):
+        if within or inward @ pressing >= -ROUNDING * np.linalg.norm(pressing):
             continue
         along = axis - (axis @ inward) * inward
-        if np.linalg.norm(along) < _UPRIGHT:
+        if np.linalg.norm(along) < ROUNDING:
             along = joint.polygon[1] - joint.polygon[0]
         along = along / np.linalg.norm(along)
         frame = np.array([along, np.cross(inward, along), inward])

@@ -9,16 +9,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line
+from blockstruct.assess.tolerances import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import shown
 
 Array = NDArray[np.float64]
-
-#: Share of a force that may act across the push; sine of the slope of a push that counts as horizontal.
-_ALONG = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +64,7 @@ class HorizontalForces:
             raise ModelError(msg)
         direction = push / share
         found = applied_loads(model, case.variable, case.dead)
-        if abs(direction[2]) > _ALONG or found.couple.any():
+        if abs(direction[2]) > ROUNDING or found.couple.any():
             msg = (
                 f"{who} pushes along {np.round(direction, 4).tolist()} or has couples; a local mechanism is checked "
                 "for horizontal forces (C8.7.1.2.1.1): give forces along one horizontal direction"
@@ -76,7 +74,7 @@ class HorizontalForces:
         block, point, force = _summed(found.block[acts], found.point[acts], found.force[acts])
         along = force @ direction
         across = np.linalg.norm(force - along[:, None] * direction, axis=1)
-        if np.any(across > _ALONG * np.abs(along).max()) or np.any(along < 0):
+        if np.any(across > ROUNDING * np.abs(along).max()) or np.any(along < 0):
             msg = (
                 f"{who} has forces across or against its push along {np.round(direction, 4).tolist()}; give forces "
                 "along one horizontal direction, each as the weight of a mass times the share of the BodyForce"
@@ -209,7 +207,7 @@ class Participation:
         M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
         return [
             Line(f"share of the mass, {of}", e, "C8.7.1.2.1.3 (C8.7.1.5)"),
-            Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
+            Line(f"mass, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
         ]
 
 

@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.assess.tolerances import ACCURACY, ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
@@ -15,10 +16,6 @@ Array = NDArray[np.float64]
 
 #: Angles, from zero to a right angle, that bracket a wanted one.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
-#: Difference of two loads, relative to the largest component, that counts as rounding.
-_SAME = 1e-6
-#: Distance of the resultant beyond the ends of a hinge, relative to its length, that counts as rounding.
-_BEYOND = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +81,7 @@ class Load:
     def is_close(self, other: Self) -> bool:
         """Return whether forces and arms equal another load's within rounding."""
         pairs = ((self.force, other.force), (self.arms, other.arms))
-        return all(np.allclose(one, of, rtol=0.0, atol=_SAME * np.abs(of).max()) for one, of in pairs)
+        return all(np.allclose(one, of, rtol=0.0, atol=ROUNDING * np.abs(of).max()) for one, of in pairs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +161,7 @@ class RigidRotation:
         angles
             Ascending, rad.
         """
-        across, room = np.cross(self.axis, normal), _BEYOND * (ends[1] - ends[0])
+        across, room = np.cross(self.axis, normal), ACCURACY * (ends[1] - ends[0])
 
         def beyond(angle: float) -> float:
             turn, alpha = self._turn(angle), self.load_factor(angle)

@@ -12,11 +12,8 @@ from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult
-from blockstruct.text import assessment
+from blockstruct.text import LOAD_FACTOR, Note, assessment
 from blockstruct.units import QuantityLike, si
-
-#: Least number of sizes that show whether the answer is linear in the size.
-_FEWEST = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +36,15 @@ class UnitSizes:
     table: pd.DataFrame = field(repr=False)
     fine: float
     scatter: float
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """Warning on the size with the lowest ratio, if that is below one; a load factor has none."""
+        answers = zip(*(self.table[name].tolist() for name in (self.what, "size [meter]", "settled")), strict=True)
+        ratio, size = min((value, size) for value, size, settled in answers if settled)
+        if self.what == LOAD_FACTOR.name or ratio >= 1:
+            return ()
+        return (assessment.unit_size(size, ratio),)
 
     def __str__(self) -> str:
         sizes, values = (self.table[name].tolist() for name in ("size [meter]", self.what))
@@ -96,7 +102,7 @@ def unit_sizes(
     if len(set(lengths)) < max(len(lengths), 2) or min(lengths, default=0.0) <= 0:
         msg = f"{who}: sizes {lengths} m; give two at least, each above zero and once"
         raise ModelError(msg)
-    what = "load factor" if check is None else "capacity / demand"
+    what = LOAD_FACTOR.name if check is None else "capacity / demand"
     rows = []
     for length, size in sorted(zip(lengths, sizes, strict=True), key=lambda pair: -pair[0]):
         model, case = build(size)
@@ -113,5 +119,6 @@ def unit_sizes(
     x, y = (known[name].to_numpy(dtype=float) for name in ("size [meter]", what))
     slope, fine = np.polyfit(x, y, 1)
     off = y - (fine + slope * x)
-    scatter = float(np.sqrt((off**2).sum() / (len(known) - 2))) if len(known) >= _FEWEST else np.nan
+    free = len(known) - 2
+    scatter = float(np.sqrt((off**2).sum() / free)) if free else np.nan
     return UnitSizes(what, table, float(fine), scatter)

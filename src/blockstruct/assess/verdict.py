@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.assess.limit_states import LimitState
+from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.text import Note, Severity, assessment
 from blockstruct.vocabulary import Way
-
-#: Relative difference of two ratios that counts as none.
-_SAME = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,8 +135,8 @@ class Verdict:
             self.governing.way,
             self.governing.alpha,
             self.governing.e_star,
-            highest=highest if highest > (1 + _SAME) * self.ratio else None,
-            floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - _SAME) * self.ratio else None,
+            highest=highest if highest > (1 + ACCURACY) * self.ratio else None,
+            floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - ACCURACY) * self.ratio else None,
         )
 
     def __str__(self) -> str:

@@ -57,6 +57,21 @@ def dump(content: Any) -> str:
     return text
 
 
+class _Float(float):
+    """Number whose repr is its text, for messages: a name written as 1.10 is not the block 1.1."""
+
+    text: str
+
+    def __repr__(self) -> str:
+        return self.text
+
+    __str__ = float.__repr__
+
+    def __reduce__(self) -> tuple[type[float], tuple[float]]:
+        # Copies are plain numbers.
+        return float, (float(self),)
+
+
 class _Reading:
     """Reader of a document, event by event. Each value has the number of its characters, with aliases written out."""
 
@@ -165,7 +180,9 @@ def _scalar(event: Any) -> Any:
             return int(text, 16 if text.startswith("0x") else 10)
         case "float":
             # The only words in the pattern are .inf and .nan.
-            return float(re.sub(r"\.(?=inf|nan)", "", text.lower()))
+            number = _Float(re.sub(r"\.(?=inf|nan)", "", text.lower()))
+            number.text = text
+            return number
     return text
 
 

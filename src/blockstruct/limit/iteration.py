@@ -158,6 +158,8 @@ class Outcome:
     uniform_torsion, biaxial_crushing : float
         Load factor of the same case with the torsion of uniform pressure, and with crushing about both axes; NaN if it
         was not found, because no note needs it.
+    other_procedure : float
+        Load factor of the same case by another procedure, if it depends on self-stress; NaN otherwise.
     hung, jammed : tuple of int
         Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
     """
@@ -177,6 +179,7 @@ class Outcome:
     collapse_time: float = np.nan
     uniform_torsion: float = np.nan
     biaxial_crushing: float = np.nan
+    other_procedure: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
 

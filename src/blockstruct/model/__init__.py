@@ -8,7 +8,7 @@
 """
 
 from blockstruct.model.block import Block
-from blockstruct.model.cases import Case, LimitCase, Point, Pushover, RecordCase, SettlementCase
+from blockstruct.model.cases import Case, LimitCase, MovingCase, Point, Pushover, RecordCase, SettlementCase, has_curve
 from blockstruct.model.checks import check_unrepeated, checked_name, checked_text, checked_tuple
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
@@ -98,10 +98,12 @@ __all__ = [
     # cases
     "Case",
     "LimitCase",
+    "MovingCase",
     "Point",
     "Pushover",
     "RecordCase",
     "SettlementCase",
+    "has_curve",
     # input
     "check_unrepeated",
     "checked_name",

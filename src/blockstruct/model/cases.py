@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 from math import hypot
-from numbers import Integral, Real
-from typing import Any, NamedTuple, Self
+from numbers import Real
+from typing import Any, NamedTuple, Self, TypeGuard
 
 import numpy as np
 from attrs import evolve, field, frozen
@@ -24,11 +24,12 @@ from blockstruct.model.fields import (
     optional_scalar,
     optional_vector,
     positive,
+    steps,
     unit_vector,
 )
 from blockstruct.model.loads import LoadPattern
 from blockstruct.model.model import Model
-from blockstruct.units import QuantityLike, VectorLike, si, si_array, si_vector, to_quantity
+from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_array, si_vector, to_quantity
 from blockstruct.vocabulary import Flow
 
 
@@ -98,6 +99,9 @@ class SettlementCase(ModelObject):
     joints and the ties on the supports along the motion, positive against the motion. It does not include the weight of
     the supports.
 
+    With a ``displacement`` the supports move on, and the structure is followed through large displacements: see
+    :attr:`CaseResult.capacity`.
+
     Parameters
     ----------
     name
@@ -113,6 +117,11 @@ class SettlementCase(ModelObject):
         A point of the axis, if the supports turn. The reaction is then a moment about the axis.
     flow
         As for :class:`LimitCase`. With associative flow the reaction is the least that statics allows.
+    displacement : quantity, length
+        Displacement up to which the structure is followed. Without it, the case ends when the structure begins to
+        follow.
+    steps
+        Approximate number of steps in which the supports reach this displacement.
 
     Attributes
     ----------
@@ -120,11 +129,14 @@ class SettlementCase(ModelObject):
         Of length 1.
     about : three floats or None
         m.
+    displacement : float or None
+        m.
 
     Raises
     ------
     ModelError
-        If there is no support, a support is repeated, or the direction is not of length 1.
+        If there is no support, a support is repeated, or the direction is not of length 1. If supports turn or flow is
+        associative, and there is a displacement.
 
     Examples
     --------
@@ -141,6 +153,20 @@ class SettlementCase(ModelObject):
         default=None, kw_only=True, converter=optional_vector, metadata={"dimension": "length"}
     )
     flow: Flow = field(default=Flow.NONASSOCIATIVE, kw_only=True, converter=flow_rule)
+    displacement: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "length"}
+    )
+    steps: int = field(default=60, kw_only=True, converter=steps)
+
+    def __attrs_post_init__(self) -> None:
+        if self.displacement is None:
+            return
+        if self.about is not None:
+            msg = f"{label(self)}: supports that turn have no displacement; leave out about or displacement"
+            raise ModelError(msg)
+        if self.flow is Flow.ASSOCIATIVE:
+            msg = f"{label(self)}: associative flow would lift blocks without end; leave out flow or displacement"
+            raise ModelError(msg)
 
     @property
     def patterns(self) -> tuple[LoadPattern, ...]:
@@ -166,18 +192,15 @@ class SettlementCase(ModelObject):
         who, one = ", ".join(self.supports), len(self.supports) == 1
         axis = "({:.4g}, {:.4g}, {:.4g})".format(*self.direction)
         if self.about is None:
-            return f"{who} {'moves' if one else 'move'} along {axis}"
+            by = "" if self.displacement is None else f" by {quantity_text(self.displacement, 'length')}"
+            return f"{who} {'moves' if one else 'move'} along {axis}{by}"
         point = "({:.4g}, {:.4g}, {:.4g}) m".format(*self.about)
         return f"{who} {'turns' if one else 'turn'} about {axis} through {point}"
 
     def renamed(self, name: str, flow: Flow | None = None) -> Self:
-        """Return the same case with another name and, if given, another flow rule."""
-        other: Self = changed(self, name=name, flow=flow or self.flow)
+        """Return the case without a displacement, with another name and, if given, another flow rule."""
+        other: Self = changed(self, name=name, flow=flow or self.flow, displacement=None)
         return other
-
-
-#: Largest number of steps of a curve.
-MOST_STEPS = 10_000
 
 
 class Point(NamedTuple):
@@ -215,13 +238,6 @@ def _control(value: Any, what: str = "") -> tuple[str, Vector]:
 
 def _point(value: VectorLike | Point | None, dimension: str = "", what: str = "") -> Point | None:
     return value if value is None or isinstance(value, Point) else Point(*si_vector(value, dimension, what))
-
-
-def _steps(value: int, what: str = "") -> int:
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 3 <= value <= MOST_STEPS:
-        msg = f"{what} is {shown(value)}; give a whole number from 3 to {MOST_STEPS}"
-        raise ModelError(msg)
-    return int(value)
 
 
 def _radius(value: QuantityLike | float, dimension: str = "", what: str = "") -> float:
@@ -262,7 +278,7 @@ class Pushover(LimitCase):
 
     control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
     control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
-    steps: int = field(default=60, converter=_steps)
+    steps: int = field(default=60, converter=steps)
     corner_rounding: float = field(
         default=0.0,
         converter=_radius,
@@ -499,3 +515,10 @@ class RecordCase(ModelObject):
 
 #: Any case of an analysis.
 Case = LimitCase | SettlementCase | RecordCase
+#: A case whose blocks may be followed through large displacements.
+MovingCase = Pushover | SettlementCase
+
+
+def has_curve(case: Case) -> TypeGuard[MovingCase]:
+    """Return whether the blocks of a case are followed through large displacements."""
+    return isinstance(case, Pushover) or (isinstance(case, SettlementCase) and case.displacement is not None)

@@ -92,6 +92,7 @@ _WAYS = {
     Way.LOWER_END: "the lower end of the range of the load factor",
     Way.UNIFORM_TORSION: "joints with the torsion of uniform pressure",
     Way.BIAXIAL: "crushing about both axes",
+    Way.OTHER_PROCEDURE: "another procedure, as the load factor depends on self-stress",
     Way.WEIGHTS: "the displacement of the weights",
     Way.ALONE: "a body that overturns alone",
 }
@@ -108,14 +109,24 @@ def direction_without(name: str, status: Status) -> Note:
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
+def unit_size(size: float, ratio: float) -> Note:
+    """Return the note on units of another size, m, with which capacity over demand is below one."""
+    text = f"With units of {shown(size, 'm')}, capacity / demand is {ratio_text(ratio)}. Draw the bond as it is."
+    return Note(NoteCode.UNIT_SIZE, Severity.WARNING, text)
+
+
 def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine: float, scatter: float) -> str:
     """Return the sentences on answers with units of several sizes, m, the largest first."""
     (first, *others), (value, *rest) = sizes, values
     text = f"With units of {shown(first, 'm')} the {what} is {shown(value)}."
     if others:
-        each = [f"{shown(size, 'm')} gives {one / value - 1:+.0%}" for size, one in zip(others, rest, strict=True)]
+        changes = [f"{one / value - 1:+.0%}" for one in rest]
+        each = [
+            f"{shown(size, 'm')} gives {'the same' if change in ('+0%', '-0%') else change}"
+            for size, change in zip(others, changes, strict=True)
+        ]
         text += f" {'; '.join(each)}."
-    band = f" ± {scatter:.2g}" if np.isfinite(scatter) else ""
+    band = f" ± {scatter:.2g}" if np.isfinite(scatter) and shown(fine + scatter) != shown(fine) else ""
     return f"{text} A fine bond would give about {shown(fine)}{band}."
 
 

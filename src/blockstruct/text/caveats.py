@@ -6,16 +6,17 @@ import numpy as np
 
 from blockstruct.limit import Outcome
 from blockstruct.text.answer import Answer
+from blockstruct.text.joints import EFFECT
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.vocabulary import Status, listed
 
 _JAMMED = (
     "With dilatancy the joints carry any multiple of the variable load, so this load factor has no upper bound. "
-    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine.{effect}"
 )
 _JAMMED_SUPPORT = (
     "With dilatancy the joints resist this motion of the supports with any force, so this reaction has no lower bound. "
-    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+    "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine.{effect}"
 )
 _NOT_PROVEN = (
     "The proof that {claim} holds for joints that dilate by their friction angle. For joints that do not, the "
@@ -23,7 +24,7 @@ _NOT_PROVEN = (
 )
 _JAMMED_PART = (
     "With dilatancy no {answer} moves {names}. Without it, self-stress decides whether they move first, which the "
-    "model does not determine. Other procedures may find another {answer}."
+    "model does not determine.{effect}"
 )
 _NOT_SETTLED = (
     "The {answer} had not settled when the procedure ended: it is certified as a collapse state, and another state at "
@@ -71,8 +72,15 @@ def caveats(
             found.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
     if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
         found.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
-    if jammed and not unbounded:
+    change = outcome.other_procedure / outcome.load_factor - 1 if outcome.load_factor else np.nan
+    # Jammed without an upper bound, two procedures may agree by chance.
+    if jammed and not unbounded and not abs(change) < EFFECT:
         found.append((NoteCode.JAMMED_PART, _JAMMED_PART))
     claim = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
-    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, _LISTED)}
+    effect = "" if unbounded else f" Other procedures may find another {answer.name}."
+    if np.isfinite(change):
+        side = "more" if change > 0 else "less"
+        apart = f"{abs(change):.0%} {side}" if abs(change) >= EFFECT else "the same"
+        effect = f" Another procedure finds {answer.text(outcome.other_procedure)}, {apart}."
+    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, _LISTED), "effect": effect}
     return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)

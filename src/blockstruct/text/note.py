@@ -59,6 +59,7 @@ class NoteCode(StrEnum):
     SMALL_MOTIONS = "small_motions"
     STATE_LEFT_OUT = "state_left_out"
     STATE_MISSED = "state_missed"
+    UNIT_SIZE = "unit_size"
 
 
 @dataclass(frozen=True, slots=True)

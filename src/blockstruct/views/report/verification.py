@@ -73,7 +73,11 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
         "notes": notes.numbers(note.text for note in check.notes),
         "picture": capacity_picture(check),
         "sections": [
-            {"title": part.title, "lines": [(line.what, line.formula, line.source) for line in part.lines]}
+            {
+                "title": part.title,
+                "lines": [(line.what, line.formula, line.source) for line in part.lines],
+                "is_detail": part.is_detail,
+            }
             for part in check.sections
         ],
     }

@@ -1,0 +1,71 @@
+"""A façade, free, of small blocks and tied, pushed out of its plane and checked."""
+
+import numpy as np
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, push
+
+STONE, DRY = bs.Material("stone", "18 kN/m^3"), bs.JointMaterial("dry", 0.7)
+SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
+#: Façade 5 m × 0.6 m × 6 m, and its edge at the foot, outside.
+LENGTH, DEPTH, HEIGHT = 5.0, 0.6, 6.0
+EDGE = Q_([[0, 0, 0], [LENGTH, 0, 0]], "m")
+
+
+def facade(joint=DRY):
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", Q_([7, 3, 0.5], "m"), STONE, fixed=True)
+    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
+    return model_of([ground, wall], joint, "façade")
+
+
+def small_blocks(joint=DRY, courses=12):
+    size = {"unit_length": "1 m", "unit_height": Q_(HEIGHT / courses, "m"), "depth": Q_(DEPTH, "m"), "material": STONE}
+    return model_of(bs.wall(length=Q_(LENGTH, "m"), courses=courses, **size), joint, "façade of small blocks")
+
+
+def case(variable=None, dead=SELF_WEIGHT, flow="nonassociative"):
+    return bs.LimitCase("out of plane", dead, push(0, -1, 0) if variable is None else variable, flow)
+
+
+def run(model, of=None):
+    return bs.AnalysisManager(model).run([of or case()])["out of plane"]
+
+
+def codes(check):
+    return [note.code for note in check.notes]
+
+
+def checked(result, *args, **more):
+    """The check without crushing, at the site of the tests."""
+    return bs.assess.local_mechanism(result, 1.35, SITE, *args, **more)
+
+
+def by_hand(result, edge=EDGE, **more):
+    """The whole façade about an edge."""
+    return bs.assess.overturning(result.model, result.case, ["façade"], edge, **more)
+
+
+def tied(breaks_at=None, force=20, bars=1, to=(4, 5), fixed=False, joint=DRY, **more):
+    """The façade with ties at 5 m to a wall 4 m behind it, or to another point (y, z)."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 9, 0.5] m", STONE, fixed=True)
+    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
+    back = bs.Block.box(
+        "back", Q_([0, min(to[0], 4), 0], "m"), Q_([LENGTH, 3, max(HEIGHT, to[1])], "m"), STONE, fixed=fixed
+    )
+    found = bs.detect_interfaces([ground, wall, back], joint_material=joint)
+    more |= {} if breaks_at is None else {"elongation_limit": Q_(breaks_at, "m")}
+    ties = [
+        bs.Tie(
+            f"bar {k}", ("façade", Q_([x, 0, 5], "m")), ("back", Q_([x, *to], "m")), yield_force=Q_(force, "kN"), **more
+        )
+        for k, x in enumerate(np.linspace(0, LENGTH, bars + 2)[1:-1])
+    ]
+    return bs.Model("tied façade", [ground, wall, back], found, ties=ties)
+
+
+def pushed_over(model, steps=30):
+    control = ("façade", (0, -1, 0))
+    return bs.run(model, bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=control, steps=steps))[
+        "out of plane"
+    ]
