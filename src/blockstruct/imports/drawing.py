@@ -69,17 +69,15 @@ def _copies(insert: Any) -> int:
 
 Array = NDArray[np.float64]
 
-_SURVEY_FOOT = 1200 / 3937
 #: Units of a drawing in m, by their code in $INSUNITS, from microinches to miles.
 _STATED_UNITS = {
     **{1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144},
     **{13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
-    **{21: _SURVEY_FOOT, 22: _SURVEY_FOOT / 12, 23: 3 * _SURVEY_FOOT, 24: 5280 * _SURVEY_FOOT},
+    # The foot, inch, yard and mile of surveys.
+    **{code: feet * 1200 / 3937 for code, feet in ((21, 1), (22, 1 / 12), (23, 3), (24, 5280))},
 }
 #: Bodies without faces in the file: only the program that wrote them can compute the faces.
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
-#: Flag of a control point of a spline among the vertices of a polyline.
-_CONTROL_POINT = 16
 #: Group codes of numbers.
 _NUMERIC = {*range(10, 100), *range(110, 180), *range(210, 240), *range(270, 290), *range(370, 390), *range(400, 410)}
 _NUMERIC |= {*range(420, 430), *range(440, 470), *range(1010, 1072)}
@@ -284,7 +282,8 @@ class _Reading:
         elif kind == "POLYLINE" and entity.is_2d_polyline:
             level = entity.dxf.elevation.z
             # The control points of a fitted spline are not on the curve.
-            drawn = [v for v in entity.vertices if not v.dxf.flags & _CONTROL_POINT]
+            control = package("ezdxf.lldxf.const", "cad", str(self.path)).VTX_SPLINE_FRAME_CONTROL_POINT
+            drawn = [v for v in entity.vertices if not v.dxf.flags & control]
             corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in drawn]
             self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
         elif kind == "MESH" and entity.dxf.get("subdivision_levels", 0):

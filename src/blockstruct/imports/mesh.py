@@ -18,8 +18,8 @@ from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
 
-#: Header of a binary file, bytes, and layout of a triangle.
-_HEADER = 84
+#: Layout of the header of a binary file, and of a triangle.
+_HEADER = np.dtype([("text", "V80"), ("triangles", "<u4")])
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 #: First words of the lines of a facet, except vertices.
 _OF_FACET = ("facet", "outer", "endloop", "endfacet")
@@ -37,10 +37,10 @@ def read_stl(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
         If a line is not STL, a facet is not a triangle, or the file is incomplete.
     """
     content = read_bytes(path)
-    count = int.from_bytes(content[_HEADER - 4 : _HEADER], "little")
-    if len(content) == _HEADER + _TRIANGLE.itemsize * count and checked_faces(count, path):
+    count = int.from_bytes(content[: _HEADER.itemsize][-4:], "little")
+    if len(content) == _HEADER.itemsize + _TRIANGLE.itemsize * count and checked_faces(count, path):
         # Many programs also begin the header of a binary file with the word solid.
-        corners = np.frombuffer(content, _TRIANGLE, offset=_HEADER)["corners"].astype(float)
+        corners = np.frombuffer(content, _TRIANGLE, offset=_HEADER.itemsize)["corners"].astype(float)
         return [_solid(path.stem, corners.reshape(-1, 3), material, single=True)], []
     if not re.match(rb"(\xef\xbb\xbf)?\s*solid", content, re.IGNORECASE) or b"\0" in content:
         msg = (

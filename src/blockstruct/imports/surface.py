@@ -13,18 +13,9 @@ from blockstruct.geometry import triangulated
 from blockstruct.geometry.neighbours import connected, expanded
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
-from blockstruct.geometry.tolerances import CHUNK, NEGLIGIBLE
+from blockstruct.geometry.tolerances import CHUNK, NEGLIGIBLE, PARALLEL
 from blockstruct.imports.soup import compact
-from blockstruct.imports.tolerances import (
-    EXACT,
-    MERGE,
-    MOST_FACES_OF_BODY,
-    NO_AREA,
-    ONE_PLANE,
-    POLYGON,
-    ROUNDS,
-    SHALLOW,
-)
+from blockstruct.imports.tolerances import EXACT, MERGE, MOST_FACES_OF_BODY, NO_AREA, POLYGON, ROUNDS, SHALLOW
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
@@ -171,7 +162,7 @@ def _in_one_plane(
 ) -> NDArray[np.bool_]:
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
     # Some readers make fans over polygons that are not convex. They contain triangles with opposite normals.
-    close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > ONE_PLANE
+    close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > PARALLEL
     count = np.bincount(planes.face)
     for one, other in (pairs.T, pairs.T[::-1]):
         of_pair, corner, _ = expanded(planes.start[other], count[other])
