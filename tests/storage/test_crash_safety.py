@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone, provenance
+from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone, plan
 from blockstruct.analysis.replay import ReplaySolver
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import solve_limit_case
@@ -163,10 +163,10 @@ def test_a_resumed_run_can_be_interrupted_again(tmp_path, whole, error):
 def test_what_another_version_made_is_told(tmp_path, monkeypatch, error):
     """A case that had ended is of the older version, one gone on with is of both, and the others of the present one."""
     path = tmp_path / "wall.h5"
-    present = provenance.versions()
+    present = plan.versions()
     older = {**present, "blockstruct": "0.0.9", "clarabel": "0.0.1"}
     with monkeypatch.context() as patched:
-        patched.setattr(provenance, "_installed", lambda: older)
+        patched.setattr(plan, "_installed", lambda: older)
         interrupt_after(path, 6, error=error)
     made = "'upper', 'sideways': made by blockstruct 0.0.9 .now .*clarabel 0.0.1 .now"
     with pytest.warns(bs.errors.VersionWarning, match=made):
@@ -187,18 +187,18 @@ def test_what_another_version_made_is_told(tmp_path, monkeypatch, error):
 
 def test_what_a_third_version_goes_on_with_is_told(tmp_path, monkeypatch):
     path = tmp_path / "wall.h5"
-    made_by = [{**provenance.versions(), "blockstruct": name} for name in ("0.0.7", "0.0.8", "0.0.9")]
+    made_by = [{**plan.versions(), "blockstruct": name} for name in ("0.0.7", "0.0.8", "0.0.9")]
 
     def stop(event):
         if isinstance(event, IterationDone) and event.case.name == "sideways" and event.index == 6:
             raise RuntimeError
 
-    monkeypatch.setattr(provenance, "_installed", lambda: made_by[0])
+    monkeypatch.setattr(plan, "_installed", lambda: made_by[0])
     interrupt_after(path, 4)
-    monkeypatch.setattr(provenance, "_installed", lambda: made_by[1])
+    monkeypatch.setattr(plan, "_installed", lambda: made_by[1])
     with pytest.warns(bs.errors.VersionWarning), pytest.raises(RuntimeError):
         bs.AnalysisManager.resume(path, listeners=[stop])
-    monkeypatch.setattr(provenance, "_installed", lambda: made_by[2])
+    monkeypatch.setattr(plan, "_installed", lambda: made_by[2])
     recovered = bs.recover(path)
     assert recovered["sideways"].versions == tuple(made_by[:2])
     assert bs.open_analysis(path)["sideways"].versions == tuple(made_by[:2])

@@ -213,7 +213,7 @@ def test_failures_alone_are_printed(document, call, tmp_path, parameters, more):
 
 
 def test_an_unreachable_scheduler_is_one_message(document, call, tmp_path, monkeypatch):
-    monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.3)
+    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.3)
     path = document({MU: [0.3]})
     code, _, err = call("study", path, "-o", tmp_path / "runs", "--scheduler", "tcp://127.0.0.1:9")
     assert code == 2
