@@ -105,13 +105,6 @@ def test_nothing_but_comparisons_is_understood(archive, tmp_path, name):
     assert not proof.exists()
 
 
-def test_the_command_refuses_them_too(archive, tmp_path, call):
-    proof = tmp_path / "proof"
-    code, out, err = call("archive", archive.folder, "--where", HOSTILE[0].format(proof=proof))
-    assert (code, out, "Call is no comparison" in err or "malformed" in err) == (2, "", True), err
-    assert not proof.exists()
-
-
 @pytest.mark.parametrize(
     ("expression", "files"),
     [
