@@ -10,7 +10,7 @@ from typing import Any, Literal, TextIO
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, RecordState
-from blockstruct.model import Case, Pushover, RecordCase, SettlementCase
+from blockstruct.model import Case, MovingCase, RecordCase, SettlementCase
 from blockstruct.motion import MotionState
 from blockstruct.notebook import in_notebook, is_terminal, is_watched
 from blockstruct.results import CaseResult
@@ -46,12 +46,12 @@ class IterationDone:
 
 @dataclass(frozen=True, slots=True)
 class StepDone:
-    """A pushover has a new state.
+    """A pushover or a settlement has a new state.
 
     ``index`` counts from zero, the state without displacement.
     """
 
-    case: Pushover
+    case: MovingCase
     index: int
     step: MotionState
 
@@ -123,7 +123,7 @@ def describe(event: Event) -> str:
             )
         case StepDone(case, index, step):
             return (
-                f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, load factor {step.load_factor:.6f}, "
+                f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, {answer_of(case, step, 6)}, "
                 f"energy error {step.energy_error:.1e}, in {step.solver_time:.2f} s"
             )
         case StateDone(case, _, state):
@@ -133,7 +133,7 @@ def describe(event: Event) -> str:
             return str(result)
 
 
-def answer_of(case: Case, iteration: Iteration, digits: int) -> str:
+def answer_of(case: Case, iteration: Iteration | MotionState, digits: int) -> str:
     """Return the load factor, or the reaction of a settlement, as text.
 
     ``digits`` is the number of decimals.

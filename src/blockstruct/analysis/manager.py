@@ -22,7 +22,7 @@ from blockstruct.analysis.events import (
     tell,
     with_progress,
 )
-from blockstruct.analysis.motions import pushed_over, responded
+from blockstruct.analysis.motions import followed, responded
 from blockstruct.analysis.plan import (
     Run,
     blank_history,
@@ -39,7 +39,7 @@ from blockstruct.analysis.remedies import with_effects
 from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
-from blockstruct.model import Case, Model, Pushover, RecordCase, checked_text, checked_tuple
+from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
 from blockstruct.procedures import solve_dead_load, solve_limit_case
 from blockstruct.results import (
     Analysis,
@@ -366,11 +366,11 @@ class AnalysisManager:
         )
         if isinstance(case, RecordCase):
             return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
-        if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
+        if not has_curve(case) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.
         kept = before.history if before.n_iterations == len(iterations) else history
-        return pushed_over(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
+        return followed(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)

@@ -14,8 +14,8 @@ import xarray as xr
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning, VersionWarning
 from blockstruct.limit import LimitProblem, Numerics, Outcome, ProcedureSettings, scheduled
-from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated
-from blockstruct.motion import check_pushover, check_record
+from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated, has_curve
+from blockstruct.motion import check_moving_case, check_record
 from blockstruct.results import Analysis, CaseResult, history_of, run_name
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, MovingStructure, Statics
@@ -105,8 +105,9 @@ def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProbl
     check_unrepeated(names, "AnalysisManager.run: case")
     patterns(cases)
     for case in cases:
+        if has_curve(case):
+            check_moving_case(statics.model, case)
         if isinstance(case, Pushover):
-            check_pushover(statics.model, case)
             _check_rounding(statics, case)
         if isinstance(case, RecordCase):
             check_record(statics.model, case)
