@@ -147,18 +147,7 @@ def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem])
         warnings.warn(text, UnusualValueWarning, stacklevel=5)
 
 
-_PACKAGES = (
-    "blockstruct",
-    "clarabel",
-    "cvxpy",
-    "h5netcdf",
-    "h5py",
-    "numpy",
-    "pint",
-    "scipy",
-    "shapely",
-    "xarray",
-)
+_PACKAGES = ("blockstruct", "clarabel", "cvxpy", "h5netcdf", "h5py", "numpy", "pint", "scipy", "shapely", "xarray")
 #: Options of Clarabel that every solve takes from the settings, so their defaults are never used.
 _TOLERANCES = {"tol_gap_abs", "tol_gap_rel", "tol_feas"}
 
