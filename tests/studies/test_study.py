@@ -316,7 +316,7 @@ def test_latin_hypercube_samples_every_layer():
         ({"friction_coefficient": stats.norm()}, {"sampling": "grid", "runs": 2}, "'monte carlo' or 'latin"),
         ({"friction_coefficient": [0.3, 0.4], "height": Q_([1], "m")}, {"sampling": "paired"}, "different lengths"),
         ({"friction_coefficient": stats.norm()}, {"runs": 2, "seed": "x"}, "seed is 'x'"),
-        ({"friction_coefficient": [0.3]}, {"workers": 0}, "workers=0"),
+        ({"friction_coefficient": [0.3]}, {"workers": 0}, "workers 0"),
         ({"friction_coefficient": [0.3]}, {"settings": "fast"}, "settings are 'fast'"),
         ({"friction_coefficient": np.linspace(0, 1, 400), "height": Q_(np.linspace(1, 2, 400), "m")}, {}, "160,000"),
     ],

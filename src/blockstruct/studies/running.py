@@ -16,9 +16,10 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.analysis.plan import runs_of
-from blockstruct.errors import BlockstructError, LoadFactorWarning, ModelError, StorageError, StudyWarning, shown
+from blockstruct.errors import BlockstructError, LoadFactorWarning, StorageError, StudyWarning, shown
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import checked_tuple
+from blockstruct.model.checks import checked_count
 from blockstruct.notebook import is_terminal
 from blockstruct.results import Analysis, plain_value
 from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
@@ -343,7 +344,4 @@ def _workers(workers: Any, runs: int) -> int:
     if workers is None:
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         return min(available, runs)
-    if isinstance(workers, bool) or not isinstance(workers, int | np.integer) or not 1 <= workers <= 10_000:
-        msg = f"study: workers={shown(workers)}; give how many runs are carried out at a time, 1 or more"
-        raise ModelError(msg)
-    return min(int(workers), runs)
+    return min(checked_count(workers, 1, "study: workers"), runs)
