@@ -144,11 +144,6 @@ def test_comparisons_compare_reactions(stored, model, tmp_path):
 
 def test_differences_of_reactions_have_their_units(stored, call):
     analysis, folder = stored
-    turned, down = (analysis[name].reaction for name in ("left turns", "left goes down"))
-    said = str(bs.results.compare(analysis, analysis))
-    assert f"left goes down: converged {down.m_as('kN'):.8g} kN, other converged {down.m_as('kN'):.8g} kN," in said
-    assert f"left turns: converged {turned.m_as('kN m'):.8g} kN·m, other" in said
-    assert f"push: converged {analysis['push'].load_factor:.8g}, other converged" in said
     assert bs.results.compare(analysis, analysis).cases["unit"].to_list() == ["N", "N·m", ""]
     tables = bs.Archive(folder).difference(bs.Archive(folder))
     assert tables.droplevel("path")["unit_other"].to_dict() == {"left goes down": "N", "left turns": "N·m", "push": ""}

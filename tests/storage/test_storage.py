@@ -424,13 +424,9 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
     seal_again(copy)
     with pytest.raises(bs.errors.FormatError) as caught:
         bs.check_file(copy)
-    assert str(caught.value).splitlines() == [
-        f"{copy}: 4 violations of the schema:",
-        "  /: attribute status: 'fine' is not one of ['finished', 'interrupted']",
-        "  /cases/push associative: attrs: 'flow' is a required property",
-        f"  {HISTORY}: variables: 'load_factor' is a required property",
-        "  /model/unit_weight: units: found 'kg', 'newton / meter ** 3' was expected",
-    ]
+    _, *found = str(caught.value).splitlines()
+    places = ["/: attribute status", "/cases/push associative", HISTORY, "/model/unit_weight"]
+    assert all(line.strip().startswith(place) for line, place in zip(found, places, strict=True))
 
 
 DATA = Path(__file__).parents[1] / "data"

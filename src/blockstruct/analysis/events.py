@@ -185,8 +185,8 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
             case IterationDone(case, index, iteration):
                 at = f"{answer_of(case, iteration, 4)}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 write(f"{place} numerical iteration {index}, {at}", False)
-            case StepDone(_, index, step):
-                at = f"displacement {step.displacement:.4g} m, load factor {step.load_factor:.4f}"
+            case StepDone(case, index, step):
+                at = f"displacement {step.displacement:.4g} m, {answer_of(case, step, 4)}"
                 write(f"{place} state {index}, {at}", False)
             case StateDone(case, _, state):
                 share = (state.time - float(case.times[0])) / case.duration

@@ -744,12 +744,11 @@ def _descriptions(part: str) -> dict[str, str]:
 
 
 def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
-    """Return a Dataset whose variables have the descriptions of the schema as ``long_name``."""
-    described = ds.copy()
+    """Give the variables of a Dataset the descriptions of the schema as ``long_name``, and return it."""
     for name, description in _descriptions(part).items():
-        if name in described.variables:
-            described.variables[name].attrs.setdefault("long_name", description)
-    return described
+        if name in ds.variables:
+            ds.variables[name].attrs.setdefault("long_name", description)
+    return ds
 
 
 def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:
