@@ -215,11 +215,7 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path, small):
         ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: not a usable template \(unsupported operand.*, line 3\)"),
         ("own.j2", b"\nclient: \xe9", r"own\.j2: not a usable template \('utf-8' codec.*, line 2\)"),
         ("own.j2", "{% if %}", "line 1"),
-        (
-            "own.j2",
-            "\n{{ name.__class__.__mro__ }}",
-            r"attribute '__class__' of 'str' object is unsafe\., line 2",
-        ),
+        ("own.j2", "\n{{ name.__class__.__mro__ }}", r"attribute '__class__' of 'str' object is unsafe\., line 2"),
         ("own.j2", "{{ cycler.__init__.__globals__.os.system('true') }}", "access to attribute '__init__'.*unsafe"),
         ("own.j2", "{{ project.update(client='x') }}", "attribute 'update' of 'dict' object is unsafe"),
         ("missing.j2", None, "not a usable template"),

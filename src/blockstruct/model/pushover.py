@@ -2,22 +2,19 @@
 
 from collections.abc import Sequence
 from math import hypot
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from attrs import evolve, field, frozen
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import AXES_BY_NAME
-from blockstruct.model.fields import Vector, limit, named_arguments
+from blockstruct.model.checks import AXES_BY_NAME, unit_vector_along
+from blockstruct.model.fields import Vector, limit, named_arguments, steps
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.model import Model
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector, to_quantity
 from blockstruct.vocabulary import Flow
-
-#: Largest number of steps of a curve.
-MOST_STEPS = 10_000
 
 
 class Point(NamedTuple):
@@ -47,24 +44,14 @@ def _control(value: Any, what: str = "") -> tuple[str, Vector]:
         raise ModelError(msg)
     if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in components):
         raise ModelError(msg)
-    length = hypot(*map(float, components))
-    if not np.finfo(float).tiny <= length < np.inf:
+    x, y, z = map(float, components)
+    if not np.finfo(float).tiny <= hypot(x, y, z) < np.inf:
         raise ModelError(msg)
-    # A unit vector keeps its digits when a case is stored and read again.
-    unit = 1.0 if abs(length - 1) <= 4 * np.finfo(float).eps else length
-    x, y, z = (float(v) / unit for v in components)
-    return block, (x, y, z)
+    return block, unit_vector_along(x, y, z)
 
 
 def _point(value: VectorLike | Point | None, dimension: str = "", what: str = "") -> Point | None:
     return value if value is None or isinstance(value, Point) else Point(*si_vector(value, dimension, what))
-
-
-def _steps(value: int, what: str = "") -> int:
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 3 <= value <= MOST_STEPS:
-        msg = f"{what} is {shown(value)}; give a whole number from 3 to {MOST_STEPS}"
-        raise ModelError(msg)
-    return int(value)
 
 
 def _radius(value: QuantityLike | float, dimension: str = "", what: str = "") -> float:
@@ -105,7 +92,7 @@ class Pushover(LimitCase):
 
     control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
     control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
-    steps: int = field(default=60, converter=_steps)
+    steps: int = field(default=60, converter=steps)
     corner_rounding: float = field(
         default=0.0,
         converter=_radius,

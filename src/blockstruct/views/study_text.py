@@ -29,15 +29,9 @@ _GAP = 2
 def study_table(data: xr.Dataset) -> Table:
     """Return the table of a study, a row per case of each run: parameters, load factor, status, problem."""
     frame = bs.studies.frame_of(data)
-    units = frame.attrs["units"]
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
     rows = frame.head(_SHOWN).to_dict("records")
-    columns: list[tuple[str, list[str], JustifyMethod]] = []
-    for name, short in zip(varied, short_names(varied), strict=True):
-        symbol = short_unit(units.get(name, "dimensionless"))
-        values = [row[name] for row in rows]
-        cells = [f"{value:.6g}" if isinstance(value, float) else str(value) for value in values]
-        columns.append((short + (f" [{symbol}]" if symbol else ""), cells, "right"))
+    columns = parameter_columns(rows, varied, frame.attrs["units"])
     columns.append(("case", [row["case"] for row in rows], "left"))
     columns.append((answer_title(rows), [answer_cell(row) for row in rows], "right"))
     columns.append(("status", [_ending(row) for row in rows], "left"))
@@ -45,6 +39,24 @@ def study_table(data: xr.Dataset) -> Table:
     if len(frame) > _SHOWN:
         table.add_row(Text(f"… {len(frame)} rows"))
     return table
+
+
+def parameter_columns(
+    rows: Sequence[Mapping[Any, Any]], names: Sequence[str], units: Mapping[str, str], prefix: str = ""
+) -> list[tuple[str, list[str], JustifyMethod]]:
+    """Return the columns of parameters, with short names and units; a cell is empty if a row has no value."""
+    columns: list[tuple[str, list[str], JustifyMethod]] = []
+    for name, short in zip(names, short_names([name.removeprefix(prefix) for name in names]), strict=True):
+        unit = units.get(name, "dimensionless")
+        symbol = "" if " or " in unit else short_unit(unit)
+        columns.append((f"{short} [{symbol}]" if symbol else short, [_cell(row[name]) for row in rows], "right"))
+    return columns
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)
 
 
 def _ending(row: Mapping[Any, Any]) -> str:

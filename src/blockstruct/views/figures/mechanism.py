@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.units import readable, si
 from blockstruct.views.figures.canvas import Canvas, legend_above, stones
-from blockstruct.views.loads import driving, push
 from blockstruct.views.selection import chosen_iteration, given_result, moving_bodies
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import AMPLITUDE, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
+from blockstruct.views.style import AMPLITUDE, ARROW, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
+from blockstruct.views.view import driving, push
 
 Array = NDArray[np.float64]
 
-#: Length of the arrow of the push, relative to the extent of the structure.
-_PUSH = 0.16
 #: Half the width of a letter of its text, relative to the same extent.
 _LETTER = 0.014
 
@@ -135,7 +133,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     direction = -push(result) if settles else push(result)
     text = _answer(result, iteration)
     size = float(np.ptp(moved, axis=0).max())
-    length, gap = _PUSH * size, 0.025 * size
+    length, gap = ARROW * size, 0.025 * size
     if np.linalg.norm(canvas.view.project(direction)) < 0.3:
         canvas.ax.set_title(text, fontsize="small", color=FORCE, loc="right")
         return np.empty((0, 3))
@@ -155,7 +153,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
         above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
         tip = above @ canvas.view.basis[:2] + length / 2 * direction
     tail = tip - length * direction
-    canvas.arrows(tail[None], length * direction[None], [0.012 * size], FORCE)
+    canvas.arrows(tail[None], length * direction[None], FORCE)
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
