@@ -98,7 +98,7 @@ def test_the_page_has_every_step(analysis, result, last):
     assert "pushover" not in plain
     curve, data = result.capacity, pushed["pushover"]
     assert data["displacement"] == curve["displacement"].to_numpy().tolist()
-    assert data["load_factor"] == curve["load_factor"].to_numpy().tolist()
+    assert data["values"] == curve["load_factor"].to_numpy().tolist()
     motion = np.frombuffer(zlib.decompress(base64.b64decode(data["motion"])), "<f4").reshape(last + 1, 3, 12)
     # The block has turned about its edge (0.5, y, 0).
     R, c = motion[-1, 2, :9].reshape(3, 3), motion[-1, 2, 9:]

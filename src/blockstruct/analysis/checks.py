@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
 from blockstruct.limit import LimitProblem
-from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated
-from blockstruct.motion import check_pushover, check_record
+from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated, has_curve
+from blockstruct.motion import check_moving_case, check_record
 from blockstruct.statics import MovingStructure, Statics
 from blockstruct.storage import patterns
 
@@ -36,8 +36,9 @@ def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProbl
     check_unrepeated(names, "AnalysisManager.run: case")
     patterns(cases)
     for case in cases:
+        if has_curve(case):
+            check_moving_case(statics.model, case)
         if isinstance(case, Pushover):
-            check_pushover(statics.model, case)
             _check_rounding(statics, case)
         if isinstance(case, RecordCase):
             check_record(statics.model, case)

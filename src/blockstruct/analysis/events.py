@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from blockstruct.limit import Iteration, LimitProblem, RecordState
-from blockstruct.model import Case, Pushover, RecordCase, SettlementCase
+from blockstruct.model import Case, MovingCase, RecordCase, SettlementCase
 from blockstruct.motion import MotionState
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
@@ -42,12 +42,12 @@ class IterationDone:
 
 @dataclass(frozen=True, slots=True)
 class StepDone:
-    """A pushover has a new state.
+    """A pushover or a settlement has a new state.
 
     ``index`` counts from zero, the state without displacement.
     """
 
-    case: Pushover
+    case: MovingCase
     index: int
     step: MotionState
 
@@ -119,7 +119,7 @@ def describe(event: Event) -> str:
             )
         case StepDone(case, index, step):
             return (
-                f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, load factor {step.load_factor:.6f}, "
+                f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, {answer_of(case, step, 6)}, "
                 f"energy error {step.energy_error:.1e}, in {step.solver_time:.2f} s"
             )
         case StateDone(case, _, state):
@@ -129,7 +129,7 @@ def describe(event: Event) -> str:
             return str(result)
 
 
-def answer_of(case: Case, iteration: Iteration, digits: int) -> str:
+def answer_of(case: Case, iteration: Iteration | MotionState, digits: int) -> str:
     """Return the load factor, or the reaction of a settlement, as text.
 
     ``digits`` is the number of decimals.

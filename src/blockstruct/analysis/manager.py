@@ -12,7 +12,7 @@ import numpy as np
 
 from blockstruct.analysis.checks import checked_problems, located_cases
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
-from blockstruct.analysis.finite import pushed_over
+from blockstruct.analysis.finite import followed
 from blockstruct.analysis.planning import Run, blank_history, planned_result, runs_of
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
@@ -22,7 +22,7 @@ from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.analysis.responding import responded
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
-from blockstruct.model import Case, Model, Pushover, RecordCase, checked_text, checked_tuple
+from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
 from blockstruct.procedures import solve_dead_load, solve_limit_case
 from blockstruct.results import (
     Analysis,
@@ -316,11 +316,11 @@ class AnalysisManager:
         )
         if isinstance(case, RecordCase):
             return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
-        if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
+        if not has_curve(case) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.
         kept = before.history if before.n_iterations == len(iterations) else history
-        return pushed_over(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
+        return followed(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)

@@ -38,7 +38,14 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Printed variables of each state of a pushover.
-_OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
+_OF_STATES = (
+    "displacement [meter]",
+    "load_factor",
+    "reaction [newton]",
+    "holds",
+    "penetration [meter]",
+    "energy_error",
+)
 
 
 @app.command()
@@ -122,7 +129,7 @@ def _states(
     if csv is not None:
         _write_csv(frame, csv)
         return
-    say((frame if variable else frame[list(_OF_STATES)]).to_string())
+    say((frame if variable else frame[[name for name in _OF_STATES if name in frame]]).to_string())
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:

@@ -246,6 +246,9 @@ def _case(case: Case) -> dict[str, Any]:
             **times,
         }
     about = {} if case.about is None else {"about": [si_text(v, "length") for v in case.about]}
+    moves: dict[str, Any] = {}
+    if case.displacement is not None:
+        moves = {"displacement": si_text(case.displacement, "length"), "steps": case.steps}
     return {
         "kind": "settlement",
         "name": case.name,
@@ -253,6 +256,7 @@ def _case(case: Case) -> dict[str, Any]:
         "supports": list(case.supports),
         "direction": list(case.direction),
         **about,
+        **moves,
         "flow": str(case.flow),
     }
 

@@ -9,7 +9,7 @@
 
 from blockstruct.model.block import Block
 from blockstruct.model.bonded_bar import BondedBar
-from blockstruct.model.case import Case
+from blockstruct.model.case import Case, MovingCase, has_curve
 from blockstruct.model.checks import check_unrepeated, checked_name, checked_text, checked_tuple
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
@@ -98,10 +98,12 @@ __all__ = [
     # cases
     "Case",
     "LimitCase",
+    "MovingCase",
     "Point",
     "Pushover",
     "RecordCase",
     "SettlementCase",
+    "has_curve",
     # input
     "check_unrepeated",
     "checked_name",

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import hypot
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -10,14 +10,11 @@ from attrs import evolve, field, frozen
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.checks import AXES_BY_NAME
-from blockstruct.model.fields import Vector, limit, named_arguments
+from blockstruct.model.fields import Vector, limit, named_arguments, steps
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.model import Model
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector, to_quantity
 from blockstruct.vocabulary import Flow
-
-#: Largest number of steps of a curve.
-MOST_STEPS = 10_000
 
 
 class Point(NamedTuple):
@@ -60,13 +57,6 @@ def _point(value: VectorLike | Point | None, dimension: str = "", what: str = ""
     return value if value is None or isinstance(value, Point) else Point(*si_vector(value, dimension, what))
 
 
-def _steps(value: int, what: str = "") -> int:
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 3 <= value <= MOST_STEPS:
-        msg = f"{what} is {shown(value)}; give a whole number from 3 to {MOST_STEPS}"
-        raise ModelError(msg)
-    return int(value)
-
-
 def _radius(value: QuantityLike | float, dimension: str = "", what: str = "") -> float:
     # Zero needs no unit: all lengths of zero are equal.
     return 0.0 if value == 0 else si(value, dimension, what)
@@ -105,7 +95,7 @@ class Pushover(LimitCase):
 
     control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
     control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
-    steps: int = field(default=60, converter=_steps)
+    steps: int = field(default=60, converter=steps)
     corner_rounding: float = field(
         default=0.0,
         converter=_radius,

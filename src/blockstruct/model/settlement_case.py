@@ -15,11 +15,15 @@ from blockstruct.model.fields import (
     instance_of,
     label,
     named_arguments,
+    optional_scalar,
     optional_vector,
+    positive,
+    steps,
     unit_vector,
 )
 from blockstruct.model.limit_case import flow_rule
 from blockstruct.model.loads import LoadPattern
+from blockstruct.units import quantity_text
 from blockstruct.vocabulary import Flow
 
 
@@ -43,6 +47,9 @@ class SettlementCase(ModelObject):
     joints and the ties on the supports along the motion, positive against the motion. It does not include the weight of
     the supports.
 
+    With a ``displacement`` the supports move on, and the structure is followed through large displacements: see
+    :attr:`CaseResult.capacity`.
+
     Parameters
     ----------
     name
@@ -58,6 +65,11 @@ class SettlementCase(ModelObject):
         A point of the axis, if the supports turn. The reaction is then a moment about the axis.
     flow
         As for :class:`LimitCase`. With associative flow the reaction is the least that statics allows.
+    displacement : quantity, length
+        Displacement up to which the structure is followed. Without it, the case ends when the structure begins to
+        follow.
+    steps
+        Approximate number of steps in which the supports reach this displacement.
 
     Attributes
     ----------
@@ -65,11 +77,14 @@ class SettlementCase(ModelObject):
         Of length 1.
     about : three floats or None
         m.
+    displacement : float or None
+        m.
 
     Raises
     ------
     ModelError
-        If there is no support, a support is repeated, or the direction is not of length 1.
+        If there is no support, a support is repeated, or the direction is not of length 1. If supports turn or flow is
+        associative, and there is a displacement.
 
     Examples
     --------
@@ -86,6 +101,20 @@ class SettlementCase(ModelObject):
         default=None, kw_only=True, converter=optional_vector, metadata={"dimension": "length"}
     )
     flow: Flow = field(default=Flow.NONASSOCIATIVE, kw_only=True, converter=flow_rule)
+    displacement: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "length"}
+    )
+    steps: int = field(default=60, kw_only=True, converter=steps)
+
+    def __attrs_post_init__(self) -> None:
+        if self.displacement is None:
+            return
+        if self.about is not None:
+            msg = f"{label(self)}: supports that turn have no displacement; leave out about or displacement"
+            raise ModelError(msg)
+        if self.flow is Flow.ASSOCIATIVE:
+            msg = f"{label(self)}: associative flow would lift blocks without end; leave out flow or displacement"
+            raise ModelError(msg)
 
     @property
     def patterns(self) -> tuple[LoadPattern, ...]:
@@ -111,11 +140,12 @@ class SettlementCase(ModelObject):
         who, one = ", ".join(self.supports), len(self.supports) == 1
         axis = "({:.4g}, {:.4g}, {:.4g})".format(*self.direction)
         if self.about is None:
-            return f"{who} {'moves' if one else 'move'} along {axis}"
+            by = "" if self.displacement is None else f" by {quantity_text(self.displacement, 'length')}"
+            return f"{who} {'moves' if one else 'move'} along {axis}{by}"
         point = "({:.4g}, {:.4g}, {:.4g}) m".format(*self.about)
         return f"{who} {'turns' if one else 'turn'} about {axis} through {point}"
 
     def renamed(self, name: str, flow: Flow | None = None) -> Self:
-        """Return the same case with another name and, if given, another flow rule."""
-        other: Self = changed(self, name=name, flow=flow or self.flow)
+        """Return the case without a displacement, with another name and, if given, another flow rule."""
+        other: Self = changed(self, name=name, flow=flow or self.flow, displacement=None)
         return other

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
-from blockstruct.model import Case, Model, Pushover, SelfWeight, SettlementCase
+from blockstruct.model import Case, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
 from blockstruct.results.description import describe, failures
@@ -29,6 +29,7 @@ from blockstruct.text import (
     Note,
     NoteCode,
     Severity,
+    capitalised,
     caveats,
     curve_end,
     effect_note,
@@ -114,10 +115,11 @@ class CaseResult:
     damage : str
         The part of a killed run that could not be read; usually empty.
     curve_outcome : CurveOutcome or None
-        How and where the curve of a pushover ended, or why it is missing; None if it has not ended.
+        How and where the curve ended, or why it is missing; None if it has not ended.
     capacity : xarray.Dataset or None
-        States of a :class:`~blockstruct.Pushover` beyond the collapse state, which is the last state of the history:
-        :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
+        States of a :class:`~blockstruct.Pushover`, or of a :class:`~blockstruct.SettlementCase` with a displacement,
+        beyond the collapse state, which is the last state of the history: :func:`blockstruct.results.capacity_of`. None
+        for any other case, and without a collapse state.
     response : xarray.Dataset or None
         Motion of the blocks of a :class:`~blockstruct.RecordCase`: :func:`blockstruct.results.response_of`. None for
         any other case, and if the structure does not stand under its dead load.
@@ -332,14 +334,14 @@ class CaseResult:
 
     @property
     def curve_ended(self) -> str:
-        """How the curve of a pushover ended, or why it is missing, as a clause; empty if it has not ended."""
-        if self.curve_outcome is None or not isinstance(self.case, Pushover):
+        """How the curve ended, or why it is missing, as a clause; empty if it has not ended."""
+        if self.curve_outcome is None or not has_curve(self.case):
             return ""
-        return curve_end(self.curve_outcome, self.case.control)
+        return curve_end(self.curve_outcome, self.case)
 
     @property
     def missing_curve(self) -> str:
-        """Why a pushover with a collapse state has no curve; otherwise empty."""
+        """Why a case with a collapse state has no curve, though it has one to find; otherwise empty."""
         return self.curve_ended if self.capacity is None else ""
 
     @property
@@ -535,6 +537,8 @@ class CaseResult:
         motion = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
+        if self.curve_ended:
+            moved = f"{capitalised(self.curve_ended)}."
         return "\n".join(filter(None, (str(self), moved, *notes, motion)))
 
     def __repr__(self) -> str:

@@ -86,7 +86,7 @@ _TEXTS = ("schedule", "of_case", "damage")
 #: Attribute of a case by its kind, and the members of the attribute.
 _OF_KIND: dict[type[Case], tuple[str, tuple[str, ...]]] = {
     Pushover: ("pushover", ("control", "control_point", "steps", "corner_rounding")),
-    SettlementCase: ("settlement", ("supports", "direction", "about")),
+    SettlementCase: ("settlement", ("supports", "direction", "about", "displacement", "steps")),
     RecordCase: ("record", ("direction", "interval", "time_step")),
 }
 #: Relative rounding of reactions and of sizes of the model.
@@ -563,8 +563,10 @@ def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
     motion = json.loads(attrs["settlement"])
-    about = None if motion["about"] is None else to_quantity(motion["about"], "length")
-    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], about=about, flow=flow)
+    # Files of earlier versions have no displacement.
+    more = {n: None if motion.get(n) is None else to_quantity(motion[n], "length") for n in ("about", "displacement")}
+    more |= {"flow": flow, **({"steps": motion["steps"]} if "steps" in motion else {})}
+    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], **more)
 
 
 def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
@@ -628,8 +630,8 @@ def case_findings(
     """Find where a result contradicts its group, its curve, its response or the load factors of its history."""
     if has_response and "record" not in case.attrs:
         yield path, "there is a response, but no attribute record: nothing tells what the ground did"
-    if has_curve and "pushover" not in case.attrs:
-        yield path, "there is a capacity curve, but no attribute pushover: nothing tells what was pushed how"
+    if has_curve and not {"pushover", "settlement"} & set(case.attrs):
+        yield path, "there is a capacity curve, but no attribute pushover or settlement: nothing tells what moves how"
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
         yield path, "the attribute name is not that of the group"
     if int(case["n_iterations"]) != len(load_factors):

@@ -764,7 +764,7 @@ class Checkpoint:
                 case=planned.case,
                 settings=settings,
                 history=history,
-                capacity=capacity_of(planned.model, steps) if steps and not responds else None,
+                capacity=capacity_of(planned.model, planned.case, steps) if steps and not responds else None,
                 curve_outcome=CurveOutcome.read(ending.pop("curve_ended", "")),
                 response=response_of(planned.model, steps) if responds and steps else None,
                 schedule=planned.schedule,

@@ -246,26 +246,23 @@ def _gap_unit(answer: Answer) -> str:
     return f"the {'dead load' if answer.is_reaction else 'load factor'}"
 
 
-def pushed_states(states: int, certified: int, reached: float, block: str, direction: str) -> str:
-    """Return the sentence on the states of a pushover.
+def pushed_states(states: int, certified: int, reached: float, point: str, direction: str) -> str:
+    """Return the sentence on the states of a curve.
 
     Parameters
     ----------
     states, certified
         Number of states, and of certified ones.
     reached
-        Last displacement of the control point, m.
-    block, direction
-        Block and direction of the control point.
+        Last displacement, m.
+    point, direction
+        The point or the supports that move, and the direction.
     """
     if states == 1:
         found = f"1 state was found, {'certified' if certified else 'not certified'},"
     else:
         found = f"{states} states were found, {'all' if certified == states else certified} of them certified,"
-    return (
-        f"Beyond collapse {found} up to a displacement of {1e3 * reached:.4g} mm of the control point on {block} along "
-        f"{direction}."
-    )
+    return f"Beyond collapse {found} up to a displacement of {1e3 * reached:.4g} mm of {point} along {direction}."
 
 
 def no_curve(reason: str) -> str:

@@ -268,7 +268,8 @@ def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
 
 
 def _of_curve(r: bs.CaseResult) -> list[str]:
-    """Return the doubts on the curve of a pushover, or why it is missing."""
+    """Return the doubts on a capacity curve, or why it is missing."""
+    kind = "settlement" if isinstance(r.case, bs.SettlementCase) else "pushover"
     if r.capacity is not None:
-        return [f"pushover: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
-    return [f"pushover: {r.missing_curve}"] if r.missing_curve else []
+        return [f"{kind}: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
+    return [f"{kind}: {r.missing_curve}"] if r.missing_curve else []

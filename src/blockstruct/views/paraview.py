@@ -183,6 +183,7 @@ class _Still:
             "load factor [dimensionless]": curve["load_factor"],
             "displacement of the control point [meter]": curve["displacement"],
         }
+        values |= {"reaction [newton]": curve["reaction"]} if "reaction" in curve else {}
         for k in range(curve.sizes["step"]):
             blocks = self.blocks.copy()
             moved = motion.points(self.solids, k)

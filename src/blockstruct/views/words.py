@@ -6,7 +6,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.vocabulary import MOTIONS
+from blockstruct.vocabulary import MOTIONS, listed
 
 #: Statuses whose history may hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
@@ -69,16 +69,19 @@ def roller_words(result: bs.CaseResult) -> list[str]:
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:
-    """Return the sentences on a pushover beyond collapse: states, end, ties, or why it has no curve."""
-    curve = result.capacity
-    if curve is None or not isinstance(result.case, bs.Pushover):
+    """Return the sentences on the states beyond collapse: their number, end, ties, or why there is no curve."""
+    curve, case = result.capacity, result.case
+    if curve is None or not bs.model.has_curve(case):
         return [text.no_curve(result.missing_curve)] if result.missing_curve else []
-    block, direction = result.case.control
+    if isinstance(case, bs.Pushover):
+        point, direction = f"the control point on {case.control[0]}", case.control[1]
+    else:
+        point, direction = listed(case.supports, 3), case.direction
     along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
     clauses += bs.results.doubtful_words(curve, result.settings.procedure)
-    sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, block, along)]
+    sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
     if "tie_force" in curve:
         held = curve.isel(tie=np.isnan(curve["tie_break_displacement"].to_numpy()))
@@ -95,7 +98,8 @@ def response_words(result: bs.CaseResult) -> list[str]:
 def without_curve_words(result: bs.CaseResult) -> str:
     """Return why a result has no capacity curve, and the remedy, as the end of a message."""
     reason = f"no capacity curve, {result.missing_curve or result.headline}"
-    return reason if isinstance(result.case, bs.Pushover) else f"{reason}; run a Pushover"
+    remedy = "give it a displacement" if isinstance(result.case, bs.SettlementCase) else "run a Pushover"
+    return reason if bs.model.has_curve(result.case) else f"{reason}; {remedy}"
 
 
 def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:

@@ -247,7 +247,9 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     return {
         "pushover": {
             "displacement": curve["displacement"].to_numpy().tolist(),
-            "load_factor": curve["load_factor"].to_numpy().tolist(),
+            "symbol": result.answer.symbol,
+            "unit": result.answer.unit or "-",
+            "values": curve["reaction" if "reaction" in curve else "load_factor"].to_numpy().tolist(),
             "motion": _packed(motion, "<f4"),
             **_pushed_ties(result.model, curve),
         }

@@ -22,7 +22,7 @@ def beginning_words(result: bs.CaseResult) -> str:
     if not abs(first - load_factor) > _APART * abs(load_factor):
         return ""
     rounded = isinstance(result.case, bs.Pushover) and result.case.corner_rounding
-    return report.curve_begins(first, is_rounded=bool(rounded))
+    return report.curve_begins(result.answer.text(first), is_rounded=bool(rounded))
 
 
 def curve_sentences(
@@ -38,7 +38,10 @@ def curve_sentences(
     names += [
         name
         for name, curve in curves.items()
-        if name not in names and beginning_words(analysis[name]) and _first(curve) < heads[relied_on].load_factor
+        if name not in names
+        and "reaction" not in curve
+        and beginning_words(analysis[name])
+        and _first(curve) < heads[relied_on].load_factor
     ]
     sentences = []
     for name in names[:_LISTED]:
@@ -52,7 +55,7 @@ def curve_sentences(
             # The last of several breaks may be the one at which SLV ends.
             clauses += [breaks[0], *([report.MORE_BREAKS] if breaks[1:] else [])]
         if any(clauses):
-            sentences.append(report.pushover_curve(name, list(filter(None, clauses))))
+            sentences.append(report.curve_sentence(name, list(filter(None, clauses)), settles="reaction" in curve))
     more = len(names) - _LISTED
     return [*sentences, report.more_curves(more)] if more > 0 else sentences
 
