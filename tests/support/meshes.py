@@ -2,13 +2,27 @@
 
 import struct
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 import blockstruct as bs
+from structures import STONE
 
 CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 QUADS = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+
+
+def saved(folder: Path, name: str, content: str | bytes) -> Path:
+    """Path of a new file."""
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def read(folder: Path, name: str, content: str | bytes, **options: object) -> bs.imports.Imported:
+    """Blocks of a mesh in m, of stone."""
+    return bs.imports.read_mesh(saved(folder, name, content), **{"unit": "m", "material": STONE} | options)
 
 
 def obj_text(vertices: Iterable[Sequence[float]] = CUBE, faces: Iterable[Sequence[int]] = QUADS) -> str:

@@ -21,7 +21,7 @@ REACTION = -20e3 * THICKNESS * UPPER * (ALPHA + THICKNESS / UPPER)
 
 
 def held(name, origin, size, motions):
-    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=motions)
+    return box(name, origin, size, fixed=motions)
 
 
 def wall(motions=("x",), friction=0.7, R=None, shift=(0, 0, 0), **joint):

@@ -8,7 +8,7 @@ import numpy as np
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, StateDone, StepDone
 from blockstruct.analysis.provenance import versions
 from blockstruct.limit import Iteration
-from blockstruct.results import history_of, iteration_variables, response_arrays, step_arrays
+from blockstruct.results import iteration_variables, response_arrays, step_arrays
 from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
@@ -30,7 +30,7 @@ class Recorder:
         """Commit the content of an event."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
-                self._working.start(case.name, history_of(statics, problem, []), versions())
+                self._working.start(case.name, versions())
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}

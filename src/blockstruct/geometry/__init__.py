@@ -13,7 +13,7 @@ from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed
 from blockstruct.geometry.joined import joined_pairs
 from blockstruct.geometry.lines import stretches_inside
 from blockstruct.geometry.lying import areas_on_bodies
-from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
+from blockstruct.geometry.neighbours import box_pairs, connected, separations, unsupported
 from blockstruct.geometry.overlap import bodies_at, overlapping_pairs
 from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
 from blockstruct.geometry.polygon import (
@@ -72,6 +72,7 @@ __all__ = [
     "screw_motions",
     # neighbours
     "box_pairs",
+    "connected",
     "separations",
     "unsupported",
 ]

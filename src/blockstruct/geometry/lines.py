@@ -6,14 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.geometry.triangles import half_solid_angles, triangulated
 
 Array = NDArray[np.float64]
 
-#: Length of a segment, relative to the body, below which it is rounding.
-SHORTEST = 1e-6
-#: Distance from a face, relative to the body, that counts as rounding.
-ROUNDING = 1e-9
 #: Share of the full solid angle above which a point is inside: 1 inside, 1/2 on a face, 0 outside.
 INSIDE = 0.75
 
@@ -39,7 +36,7 @@ def stretches_inside(shape: Polyhedron, start: Array, end: Array, radius: float 
         return []
     d = (end - start) / length
     size = float(np.ptp(shape.vertices, axis=0).max())
-    smallest = SHORTEST * size
+    smallest = NEGLIGIBLE * size
     triangles = shape.vertices[[t for face in shape.faces for t in triangulated(shape.vertices, face)]]
     near = _ranges_near(triangles - start, d, radius + ROUNDING * size)
     at = np.unique(np.clip(np.append(near, [0.0, length]), 0.0, length))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tetrahedra import may_overlap
-from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, PARALLEL, SAMPLES
+from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NEGLIGIBLE, NO_AREA, SAMPLES
 from blockstruct.geometry.triangles import between_crossings, distances, half_solid_angles, triangulated
 
 Array = NDArray[np.float64]
@@ -126,7 +126,7 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
     if len(edges) * len(others) <= MOST_CROSSINGS:
         cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
         length = np.linalg.norm(cross, axis=1)
-        axes.append(cross[length > PARALLEL] / length[length > PARALLEL, None])
+        axes.append(cross[length > NEGLIGIBLE] / length[length > NEGLIGIBLE, None])
     directions = np.concatenate(axes).T
     pa, pb = a.vertices @ directions, b.vertices @ directions
     return float(np.minimum(pa.max(axis=0) - pb.min(axis=0), pb.max(axis=0) - pa.min(axis=0)).min())

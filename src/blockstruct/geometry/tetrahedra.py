@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import CHUNK, NO_AREA, PARALLEL
+from blockstruct.geometry.tolerances import CHUNK, NEGLIGIBLE, NO_AREA
 from blockstruct.geometry.triangles import triangulated
 
 Array = NDArray[np.float64]
@@ -113,10 +113,10 @@ class Tetrahedra:
         rows = np.flatnonzero(answer)
         axes = np.cross(self.edges[i[rows], :, None], self.edges[j[rows], None]).reshape(-1, len(_EDGES) ** 2, 3)
         length = np.linalg.norm(axes, axis=2)
-        axes /= np.maximum(length, PARALLEL)[..., None]
+        axes /= np.maximum(length, NEGLIGIBLE)[..., None]
         along, others = (np.einsum("maj,mkj->mak", axes, self.corners[of[rows]]) for of in (i, j))
         depth = np.minimum(along.max(axis=2) - others.min(axis=2), others.max(axis=2) - along.min(axis=2))
-        answer[rows] = np.all((depth > tolerance) | (length <= PARALLEL), axis=1)
+        answer[rows] = np.all((depth > tolerance) | (length <= NEGLIGIBLE), axis=1)
         return answer
 
 

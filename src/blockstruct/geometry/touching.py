@@ -13,7 +13,7 @@ from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.rounding import inset, largest_radius
-from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, LOOKS, NO_CROSSING, NO_EDGE, NO_WIDTH, ROUNDED
+from blockstruct.geometry.tolerances import DEEP, FACING, LOOKS, NEGLIGIBLE, NO_CROSSING, ROUNDING
 from blockstruct.geometry.triangles import triangulated
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ class MovingBodies:
                 owner.append(i)
                 looks.append(max(FACING, edge_angle, corner_angle))
                 edged.append(edge_angle)
-                flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
+                flat.append([bool(body.normals[f] @ other > 1 - ROUNDING) for other in others])
         if least[0] < np.inf:
             # The factor keeps the rounded number in the message below the limit.
             msg = (
@@ -166,12 +166,12 @@ class MovingBodies:
         one = np.take_along_axis(corner[first], back[:, :, None], 1)
         other = corner[second]
         seen = [np.einsum("pvi,pai->pva", corners - origin[:, None], axes) for corners in (one, other)]
-        shared = clipped(seen[0], count, seen[1], self.count[second], flush=NO_EDGE * size)
+        shared = clipped(seen[0], count, seen[1], self.count[second], flush=ROUNDING * size)
 
         lengths = np.linalg.norm(shared.edges, axis=2).sum(axis=1)
         width = 2 * shared.area / np.maximum(lengths, 1e-300)
-        wide = width > NO_WIDTH * size
-        shared, width = shared[wide].without_short_edges(NO_EDGE * size), width[wide]
+        wide = width > NEGLIGIBLE * size
+        shared, width = shared[wide].without_short_edges(ROUNDING * size), width[wide]
         first, second, middle, axes, origin, one, other, back = (
             a[wide] for a in (first, second, middle, axes, origin, one, other, back)
         )
@@ -210,7 +210,7 @@ class MovingBodies:
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
         # At a crossing of two edges, each tilts its nearest face in its own plane: for boxes by 60 degrees in total.
-        crossing = (1 - ROUNDED) * np.arccos(np.cos(self.edged[first]) * np.cos(self.edged[second]))
+        crossing = (1 - ROUNDING) * np.arccos(np.cos(self.edged[first]) * np.cos(self.edged[second]))
         looks = np.minimum(np.maximum.reduce([self.looks[first], self.looks[second], crossing]), LOOKS)
         facing = _dots(normal[first], normal[second]) < -np.cos(looks)
         first, second = first[facing], second[facing]
@@ -290,7 +290,7 @@ def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> tuple[
     at = np.unique(np.column_stack([start, one]), axis=0)
     centre = np.array([corners[list(face)].mean(axis=0) for face in body.faces])
     cosine = _dots(normals[one], normals[other])
-    out = (_dots(normals[one], centre[other] - corners[start]) <= 0) | (cosine > FLAT)
+    out = (_dots(normals[one], centre[other] - corners[start]) <= 0) | (cosine > 1 - ROUNDING)
     halves = np.arccos(np.clip(cosine, -1.0, 1.0)) / 2
     points = np.zeros_like(corners)
     np.add.at(points, at[:, 0], normals[at[:, 1]])

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry.polygon import polygon_area
-from blockstruct.geometry.tolerances import BESIDE
+from blockstruct.geometry.tolerances import ROUNDING
 
 Array = NDArray[np.float64]
 
@@ -106,7 +106,7 @@ def between_crossings(lines: Array, triangles: Array) -> Array:
     v = np.einsum("mtj,mtj->mt", np.broadcast_to(way, turned.shape), turned) / determinant
     along = np.einsum("mtj,mtj->mt", np.broadcast_to(c - a, turned.shape), turned) / determinant
     # An extra crossing only divides a segment; a missing crossing would hide its end.
-    hit = (u >= -BESIDE) & (v >= -BESIDE) & (u + v <= 1 + BESIDE) & (along > 0) & (along < 1)
+    hit = (u >= -ROUNDING) & (v >= -ROUNDING) & (u + v <= 1 + ROUNDING) & (along > 0) & (along < 1)
     line, _ = np.nonzero(hit)
     every = np.arange(len(lines))
     line = np.concatenate([every, every, line])

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import enclosed, prism, read_outline
 from blockstruct.imports.solid import Content, Face, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
-from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE
+from blockstruct.imports.tolerances import DEPTH
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike
@@ -262,7 +263,7 @@ class _Reading:
             self.leave_out(f"polyline of fewer than two corners on layer {layer}", handle)
             return
         ocs = entity.ocs()
-        if abs(ocs.uz.z) < IN_DRAWING_PLANE:
+        if abs(ocs.uz.z) < 1 - ROUNDING:
             remedy = "to be drawn in it or exported as a mesh"
             self.leave_out(f"polyline out of the drawing plane on layer {layer}, {remedy}", handle)
             return
@@ -282,7 +283,7 @@ class _Reading:
             msg = f"{who} has arcs; give segments, the number of straight pieces for each arc"
             raise GeometryFileError(msg)
         size = float(np.ptp(points, axis=0).max())
-        if len(outline.corners) < 3 or enclosed(outline.corners) <= OUTLINE * size**2:
+        if len(outline.corners) < 3 or enclosed(outline.corners) <= NEGLIGIBLE * size**2:
             self.leave_out(f"polyline without area on layer {layer}", handle)
             return
         # Signed thickness along z; the normal of the polyline may look down.
@@ -295,7 +296,7 @@ class _Reading:
         body = prism(outline.corners, float(level), side * thickness, standing=self.standing)
         name = self.add_body(layer, *body)
         done = {"arcs": outline.rise * self.scale, "retraced": outline.retraced}
-        if outline.gap > OUTLINE * size:
+        if outline.gap > NEGLIGIBLE * size:
             done["closed"] = outline.gap * self.scale
         self.repairs += [Repair(name, kind, amount) for kind, amount in done.items() if amount]
 

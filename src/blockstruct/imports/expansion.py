@@ -5,9 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from blockstruct.errors import GeometryFileError
-
-#: Largest number of expanded entities: a few nested blocks could exceed any memory.
-MOST_EXPANDED = 100_000
+from blockstruct.model.checks import MOST_BLOCKS
 
 
 def check_expansion(drawing: Any, path: Path, depth: int) -> None:
@@ -35,11 +33,11 @@ def check_expansion(drawing: Any, path: Path, depth: int) -> None:
 
     inserts = [e for e in drawing.modelspace() if e.dxftype() == "INSERT"]
     sizes = [_copies(e) * (1 + inside(_name(e), 1)) for e in inserts]
-    if sum(sizes) > MOST_EXPANDED:
+    if sum(sizes) > MOST_BLOCKS:
         worst = inserts[sizes.index(max(sizes))]
         msg = (
             f"{path}: its blocks expand to {sum(sizes):.3g} entities, block {_name(worst)!r} alone to "
-            f"{max(sizes):.3g}, the limit is {MOST_EXPANDED}; remove entities that are not stones, or draw fewer copies"
+            f"{max(sizes):.3g}, the limit is {MOST_BLOCKS}; remove entities that are not stones, or draw fewer copies"
         )
         raise GeometryFileError(msg)
 

@@ -5,9 +5,8 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 
-from blockstruct.geometry.neighbours import expanded
+from blockstruct.geometry.neighbours import connected, expanded
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.imports.tolerances import EXACT, NO_AREA, ONE_PLANE
@@ -38,8 +37,6 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
     faces, int
         Merged faces, without vertices inside straight edges, and the number of faces without area.
     """
-    from scipy.sparse.csgraph import connected_components
-
     planes = Planes.of(vertices, faces)
     empty = planes.area <= NO_AREA * planes.longest**2
     normals = np.where(empty[:, None], 0.0, planes.normal)
@@ -50,8 +47,7 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
     rest = np.arange(len(faces))
     for limit in (tolerance, EXACT * size):
         close = _in_one_plane(vertices, planes, normals, empty, pairs, limit) & np.isin(pairs, rest).all(axis=1)
-        graph = coo_array((np.ones(close.sum()), tuple(pairs[close].T)), shape=(len(faces), len(faces)))
-        label = connected_components(graph, directed=False)[1]
+        label = connected(pairs[close], len(faces))
         order = rest[np.argsort(label[rest], kind="stable")]
         refused = []
         for group in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):

@@ -1,5 +1,6 @@
 """Solids in files, and their conversion to blocks."""
 
+import math
 import re
 import warnings
 from collections import Counter
@@ -17,17 +18,16 @@ from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.supports import block_behind, ground_under
 from blockstruct.imports.surface import closed_surface
-from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, SAME_UNIT, WELD
+from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
+from blockstruct.model.detection_report import LISTED
 from blockstruct.units import QuantityLike, si, to_quantity
 from blockstruct.vocabulary import MOTIONS, counted
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
-#: Largest number of ignored objects in a message.
-_NAMED = 20
 #: Axes of the file that become x, y and z of the model, and their signs, by the vertical axis of the file.
 _UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
@@ -85,8 +85,8 @@ class LeftOut:
     def texts(self, label: str = "") -> list[str]:
         """Return one text per kind: number, kind and names."""
         return [
-            f"{len(names)} {kind} ({label}{', '.join(names[:_NAMED])}"
-            f"{f', and {len(names) - _NAMED} more' if len(names) > _NAMED else ''})"
+            f"{len(names)} {kind} ({label}{', '.join(names[:LISTED])}"
+            f"{f', and {len(names) - LISTED} more' if len(names) > LISTED else ''})"
             for kind, names in sorted(self.names.items())
         ]
 
@@ -125,7 +125,7 @@ def agreed_scale(
             raise ModelError(msg)
         return stated, []
     scale = metres_per_unit(unit, str(path))
-    if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
+    if stated is None or math.isclose(stated, scale):
         return scale, []
     states = f"the file states that its unit is {stated:g} m{where}"
     if override:
@@ -158,7 +158,7 @@ def _common_scale(contents: Sequence[Content], unit: QuantityLike | None, source
     if len(known) < len(scales):
         msg = f"{source}: unit is missing; give the unit of the coordinates (--unit), such as 'mm'"
         raise ModelError(msg)
-    if max(known) - min(known) > SAME_UNIT * max(known):
+    if not math.isclose(min(known), max(known)):
         units = ", ".join(f"{scale:g} m" for scale in sorted(set(known)))
         msg = f"{source}: their units differ ({units}); import the files one by one"
         raise GeometryFileError(msg)

@@ -12,10 +12,11 @@ from blockstruct.errors import GeometryError
 from blockstruct.geometry import triangulated
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.tolerances import CHUNK, NEGLIGIBLE
 from blockstruct.imports.flatten import flattened
 from blockstruct.imports.merge import merged_faces
 from blockstruct.imports.soup import compact
-from blockstruct.imports.tolerances import CHUNK, EXACT, MERGE, MOST_FACES_OF_BODY, POLYGON, TOUCHING
+from blockstruct.imports.tolerances import EXACT, MERGE, MOST_FACES_OF_BODY, POLYGON
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
@@ -200,7 +201,7 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
     keep = (low_edge[e, z] <= high_face[t, z]) & (low_face[t, z] <= high_edge[e, z])
     keep &= ~np.any(edges[e][:, :, None] == triangles[t][:, None, :], axis=(1, 2))
     e, t = e[keep], t[keep]
-    for part in np.array_split(np.arange(len(e)), len(e) // CHUNK + 1):
+    for part in np.array_split(np.arange(len(e)), len(e) // (CHUNK // 10) + 1):
         point = _passage(vertices, edges[e[part]], triangles[t[part]], size)
         if point is not None:
             return point
@@ -228,7 +229,7 @@ def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.in
     normal = normal / np.where(length > 0, length, 1.0)[:, None]
     below, above = np.einsum("ij,ij->i", start - a, normal), np.einsum("ij,ij->i", end - a, normal)
     # Contact within the planarity of faces is not a crossing.
-    margin = TOUCHING * size
+    margin = NEGLIGIBLE * size
     through = (np.minimum(below, above) < -margin) & (np.maximum(below, above) > margin) & (length > 0)
     share = np.where(through, below / np.where(through, below - above, 1.0), 0.0)
     point = start + share[:, None] * (end - start)

@@ -9,6 +9,7 @@ import attrs
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError, shown
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.fields import (
     ModelObject,
     has_name,
@@ -24,8 +25,6 @@ from blockstruct.vocabulary import Torsion
 
 #: Largest friction coefficient. A larger number is probably an angle in degrees.
 LARGEST_FRICTION = 10.0
-#: Relative rounding of limits computed from tangents.
-ROUNDING = 1e-12
 
 _is_friction = limit(
     lambda mu: 0 <= mu <= LARGEST_FRICTION or mu == math.inf,

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import AXES_BY_NAME
+from blockstruct.model.checks import AXES_BY_NAME, unit_vector_along
 from blockstruct.model.fields import Vector, limit, named_arguments, steps
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.model import Model
@@ -44,13 +44,10 @@ def _control(value: Any, what: str = "") -> tuple[str, Vector]:
         raise ModelError(msg)
     if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in components):
         raise ModelError(msg)
-    length = hypot(*map(float, components))
-    if not np.finfo(float).tiny <= length < np.inf:
+    x, y, z = map(float, components)
+    if not np.finfo(float).tiny <= hypot(x, y, z) < np.inf:
         raise ModelError(msg)
-    # A unit vector keeps its digits when a case is stored and read again.
-    unit = 1.0 if abs(length - 1) <= 4 * np.finfo(float).eps else length
-    x, y, z = (float(v) / unit for v in components)
-    return block, (x, y, z)
+    return block, unit_vector_along(x, y, z)
 
 
 def _point(value: VectorLike | Point | None, dimension: str = "", what: str = "") -> Point | None:

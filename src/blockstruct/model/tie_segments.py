@@ -8,14 +8,12 @@ import numpy as np
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.geometry.tolerances import NEGLIGIBLE
 from blockstruct.model.block import Block
 from blockstruct.model.checks import check_at_block
 from blockstruct.model.fields import Anchor, ModelObject, Vector, changed, is_anchor, label, named_arguments
 from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed
-
-#: Length of a tie, relative to the larger of its blocks, below which it has no direction.
-_SHORTEST = 1e-6
 
 
 @frozen(repr=False, field_transformer=named_arguments)
@@ -100,6 +98,6 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
         msg = f"{who}: both ends are at supports, {first!r} and {second!r}; anchor one of them to a free block"
         raise ModelError(msg)
     size = max(float(np.ptp(blocks[name].shape.vertices, axis=0).max()) for name in (first, second))
-    if math.dist(a, b) <= _SHORTEST * size:
+    if math.dist(a, b) <= NEGLIGIBLE * size:
         msg = f"{who}: both ends are at {a} m, so the tie has no direction; give two points"
         raise ModelError(msg)

@@ -8,6 +8,7 @@ import numpy as np
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError
+from blockstruct.geometry.tolerances import NEGLIGIBLE
 from blockstruct.model.block import Block
 from blockstruct.model.fields import (
     LEFT_OUT,
@@ -26,8 +27,6 @@ from blockstruct.units import quantity_text
 
 #: Distance of the end of a strip from the faces of its block, relative to the block: rounding and thickness.
 _OFF_FACE = 1e-2
-#: Smallest elongation limit of a tie, relative to its length: a pushover resolves it by differences of lengths.
-_LEAST_LIMIT = 1e-6
 
 _LENGTH, _FORCE, _AREA, _STRESS = ({"dimension": d} for d in ("length", "force", "area", "stress"))
 
@@ -116,7 +115,7 @@ class Tie(ModelObject):
                 f"capacity of {quantity_text(self.capacity, 'force')} ({self.governing})"
             )
             raise ModelError(msg)
-        least = _LEAST_LIMIT * math.dist(self.start[1], self.end[1])
+        least = NEGLIGIBLE * math.dist(self.start[1], self.end[1])
         if self.elongation_limit is not None and self.elongation_limit < least:
             msg = (
                 f"{who}: elongation_limit {self.elongation_limit:.6g} m; give {least:.3g} m or more, a millionth of "

@@ -1,5 +1,6 @@
 """Loads that are weights and have a mass."""
 
+import math
 from typing import Any, ClassVar
 
 from attrs import field, frozen
@@ -21,9 +22,6 @@ from blockstruct.model.fields import (
     scalar,
     vector,
 )
-
-#: Relative rounding of a level.
-ROUNDING = 1e-9
 
 _LENGTH = {"dimension": "length"}
 _NUMBER = {"dimension": "dimensionless"}
@@ -231,7 +229,7 @@ WeightLoad = Weight | LineLoad | AreaLoad | FillLoad
 
 def _check_level(load: Any, remedy: str) -> None:
     first, last = load.start[2], load.end[2]
-    if abs(first - last) > ROUNDING * max(abs(first), abs(last)):
+    if not math.isclose(first, last):
         msg = f"{label(load)}: start at z = {first:.6g} m, end at {last:.6g} m; {remedy}"
         raise ModelError(msg)
 

@@ -764,7 +764,7 @@ def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
     described = ds.copy()
     for name, description in _descriptions(part).items():
         if name in described.variables:
-            described[name].attrs.setdefault("long_name", description)
+            described.variables[name].attrs.setdefault("long_name", description)
     return described
 
 

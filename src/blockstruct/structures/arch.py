@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
@@ -194,7 +195,7 @@ def arch_on_piers(
     courses = checked_count(pier_courses, 1, "arch_on_piers: pier_courses")
     inner, outer = (ends + np.array([0.0, height]) for ends in (profile.inner, profile.outer))
     end = inner[-1, 0] + width
-    if end < outer[-1, 0] * (1 - 1e-9):
+    if end < outer[-1, 0] * (1 - ROUNDING):
         msg = (
             f"arch_on_piers: pier_width {width:.6g} m is less than the springing, "
             f"{outer[-1, 0] - inner[-1, 0]:.6g} m wide; give wider piers"
@@ -211,9 +212,9 @@ def arch_on_piers(
             for k in range(courses)
         ]
         top = outer[-1, 1]
-        if top > height + 1e-9 * step:
+        if top > height + ROUNDING * step:
             corners = [(foot, height), (edge, height), (edge, top), (sense * outer[-1, 0], top)]
-            distinct = corners if abs(edge - corners[-1][0]) > 1e-9 * width else corners[:-1]
+            distinct = corners if abs(edge - corners[-1][0]) > ROUNDING * width else corners[:-1]
             blocks.append(prism(f"{prefix}{side}.springer", distinct, y, material))
     ring = [
         prism(f"{prefix}{k + 1}", [inner[k], outer[k], outer[k + 1], inner[k + 1]], y, material)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.checks import SHORTEST, checked_count, positive_length
 from blockstruct.units import QuantityLike, si
 
@@ -71,7 +72,7 @@ class ArchProfile:
             # All joints point to one point, (s/2) / tan(skewback) below the middle.
             spread = 1 + t / (s / 2 / math.tan(angle))
             return cls(_points(x, 0 * x), _points(x * spread, 0 * x + t))
-        if f <= s / 2 * (1 + 1e-9):
+        if f <= s / 2 * (1 + ROUNDING):
             radius = (s**2 / 4 + f**2) / (2 * f)
             half = math.pi / 2 if rise is None else math.asin(min(1.0, s / 2 / radius))
             angle_of = np.linspace(-half, half, n + 1)

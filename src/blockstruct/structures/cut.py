@@ -9,11 +9,9 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
+from blockstruct.geometry.tolerances import ROUNDING
 
 Array = NDArray[np.float64]
-
-#: Distance of corners, and height of a corner over its neighbours, relative to the outline, that count as rounding.
-_ROUNDING = 1e-9
 
 
 def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
@@ -29,10 +27,10 @@ def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
     """
     outlines = []
     for part in shapely.get_parts(region):
-        if part.area <= _ROUNDING * smallest:
+        if part.area <= ROUNDING * smallest:
             continue
         low, foot, high, top = part.bounds
-        lines = [low, *sorted(x for x in joints if low + _ROUNDING < x < high - _ROUNDING), high]
+        lines = [low, *sorted(x for x in joints if low + ROUNDING < x < high - ROUNDING), high]
         while True:
             pieces = [shapely.intersection(part, shapely.box(a, foot, b, top)) for a, b in pairwise(lines)]
             bad = [k for k, piece in enumerate(pieces) if piece.area < smallest or not _is_whole(piece)]
@@ -61,7 +59,7 @@ def clean(outline: Array) -> Array:
         before, here, after = kept[k - 1], kept[k], kept[(k + 1) % len(kept)]
         base = after - before
         off = (here - before)[0] * base[1] - (here - before)[1] * base[0]
-        if np.linalg.norm(here - before) < _ROUNDING * size or abs(off) < _ROUNDING * size * np.linalg.norm(base):
+        if np.linalg.norm(here - before) < ROUNDING * size or abs(off) < ROUNDING * size * np.linalg.norm(base):
             del kept[k]
             k = max(k - 1, 0)
         else:

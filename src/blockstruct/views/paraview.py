@@ -179,10 +179,8 @@ class _Still:
         ties = "tie_force" in curve
         states = bs.results.pushed_tie_state(result.model, curve).to_numpy() if ties else np.empty(0)
         motion = pushover_motion(result)
-        values = {
-            "load factor [dimensionless]": curve["load_factor"],
-            "displacement of the control point [meter]": curve["displacement"],
-        }
+        values = {"load factor [dimensionless]": curve["load_factor"]}
+        values |= {"displacement of the control point [meter]": curve["displacement"]}
         values |= {"reaction [newton]": curve["reaction"]} if "reaction" in curve else {}
         for k in range(curve.sizes["step"]):
             blocks = self.blocks.copy()
