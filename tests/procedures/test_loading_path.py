@@ -6,8 +6,10 @@ import xarray as xr
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.procedures.splitting_path import SplittingPath
-from structures import model_of, moved, push, rotation, single_block, solve
+from blockstruct.statics import Statics
+from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block, solve
 
 PATH = {"procedure": "loading path"}
 ROWS = [[1, 1], [0.5, 1, 0.5], [1, 1]]
@@ -346,8 +348,12 @@ def test_a_structure_that_falls_by_itself_is_told_so(tuff):
     ground = bs.Block.box("ground", Q_([0, 0, -0.5], "m"), Q_([1, 1, 0.5], "m"), tuff, fixed=True)
     block = bs.Block.box("block", Q_([0.8, 0, 0], "m"), Q_([1, 1, 0.3], "m"), tuff)
     joint = bs.JointMaterial("joint", 0.65)
-    result = solve(model_of([ground, block], joint), push(1, 0, 0), "nonassociative", **PATH)
+    model = model_of([ground, block], joint)
+    result = solve(model, push(1, 0, 0), "nonassociative", **PATH)
     assert result.status == "unstable_under_dead_load"
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
+    program = ConicProgram(LimitProblem.of(Statics.of(model), case), settings := bs.ProcedureSettings())
+    assert SplittingPath(program, settings).dead_load is None
 
 
 def test_two_leaves_with_a_collar_between_each_alone_and_the_bound():

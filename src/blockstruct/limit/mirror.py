@@ -1,7 +1,8 @@
 """Halve a problem that is its own mirror image.
 
-A wall pushed in its plane, or a dome pushed horizontally, has a plane of symmetry. Average a collapse state with its
-mirror image, and the result is a collapse state of the same load factor. So half of the unknowns are enough.
+A wall pushed in its plane, or a dome pushed horizontally, has a plane of symmetry. Average a collapse state of
+associative flow with its mirror image, and the result is a collapse state of the same load factor. So half of the
+unknowns are enough.
 """
 
 from dataclasses import dataclass, replace
@@ -40,9 +41,9 @@ class Mirror:
     whole, half : LimitProblem
     S : (3 K, 3 K̂) sparse array
     T : (6 F, 6 F̂) sparse array
-    point, block, rectangle : (K,), (F,), (R,) arrays
-        Index in the half of each contact point, free block and crushing rectangle. A rectangle that is its own image
-        has the same two or three contact points at its four corners.
+    point, rectangle : (K,), (R,) arrays
+        Index in the half of each contact point and crushing rectangle. A rectangle that is its own image has the same
+        two or three contact points at its four corners.
     """
 
     whole: LimitProblem
@@ -50,7 +51,6 @@ class Mirror:
     S: sp.csr_array
     T: sp.csr_array
     point: Index
-    block: Index
     rectangle: Index
 
     @classmethod
@@ -100,7 +100,7 @@ class Mirror:
         axes[np.abs(axes) < SAME] = 0.0
         reflected = _permuted(point, axes)
         numbers = (problem.friction, problem.dilatancy, problem.cohesion, problem.tension, problem.compression)
-        equal = all(_alike(values, point) for values in (*numbers, *problem.compliance.T, problem.force_unit))
+        equal = all(_alike(values, point) for values in (*numbers, problem.force_unit))
         equal &= bool((point[point] == np.arange(len(point))).all())
         if not equal or np.abs(turned @ problem.A - problem.A @ reflected).max() > SAME:
             return None
@@ -128,10 +128,7 @@ class Mirror:
         S = (reflected + sp.eye_array(3 * len(point)))[:, np.repeat(some_point, 3)]
         S = S @ sp.diags_array(np.repeat(of_points / 2, 3))
         S, T = _without_rounding(S), _without_rounding(T[:, np.repeat(some_block, 6)])
-        of_point, of_block = (
-            (np.cumsum(some) - 1)[np.minimum(np.arange(len(image)), image)]
-            for some, image in ((some_point, point), (some_block, block))
-        )
+        of_point = (np.cumsum(some_point) - 1)[np.minimum(np.arange(len(point)), point)]
         corners = of_point[whole.rectangles]
         _, some_rectangle, of_rectangle = np.unique(np.sort(corners), axis=0, return_index=True, return_inverse=True)
         half = replace(
@@ -144,7 +141,7 @@ class Mirror:
             cohesion=whole.cohesion[some_point],
             tension=whole.tension[some_point],
             compression=whole.compression[some_point],
-            compliance=whole.compliance[some_point] * of_points[:, None],
+            compliance=whole.compliance[some_point],
             rectangles=corners[some_rectangle],
             capacity=whole.capacity[some_rectangle],
             wrench_unit=whole.wrench_unit[some_block] * (2.0 - is_single[some_block]),
@@ -152,7 +149,7 @@ class Mirror:
             ties=Ties.none(T.shape[1]),
             statics=None,
         )
-        return cls(whole, half, S, T, of_point, of_block, of_rectangle.ravel())
+        return cls(whole, half, S, T, of_point, of_rectangle.ravel())
 
     def iteration(self, of_half: Iteration) -> Iteration:
         """Return an iteration of the whole, with its own certificate."""
@@ -174,13 +171,10 @@ class Mirror:
         )
 
     def outcome(self, of_half: Outcome) -> Outcome:
-        """Return the outcome of the whole, whose blocks have other indices and units."""
-        hung, jammed = (
-            tuple(np.flatnonzero(np.isin(self.block, blocks)).tolist()) for blocks in (of_half.hung, of_half.jammed)
-        )
+        """Return the outcome of the whole, whose units of force differ."""
         is_apart = np.isfinite(of_half.load_ratio)
         ratio = given_up(self.whole, of_half.reason).load_ratio if is_apart else np.nan
-        return replace(of_half, hung=hung, jammed=jammed, load_ratio=ratio)
+        return replace(of_half, load_ratio=ratio)
 
 
 def _normals(problem: LimitProblem) -> list[Array]:
@@ -237,4 +231,4 @@ def _without_rounding(matrix: sp.csr_array) -> sp.csr_array:
 
 def _alike(values: Array, image: Index) -> bool:
     """Return whether values equal those at the mirror images."""
-    return bool(np.allclose(values[image], values, rtol=SAME, atol=0.0, equal_nan=True))
+    return bool(np.allclose(values[image], values, rtol=SAME, atol=0.0))

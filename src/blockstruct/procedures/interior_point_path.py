@@ -13,16 +13,16 @@ from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import Path
+from blockstruct.procedures.path import ENOUGH, Path
 from blockstruct.solvers.interior_point import ContactProblem, ContactState
 from blockstruct.vocabulary import PathEnd
 
 Array = NDArray[np.float64]
 
-#: Relative tolerances of displacements and gap; a tenth applies to forces. They are for the state under dead load, for
-#: a step, and for a step that improves no further. An interior point leaves forces on unloaded contacts, and these hold
-#: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
-OF_DEAD_LOAD, TOLERANCE, ENOUGH = 1e-7, 1e-5, 1e-3
+#: Relative tolerances of displacements and gap; a tenth applies to forces. They are for the state under dead load, and
+#: for a step. An interior point leaves forces on unloaded contacts, and these hold structures together. Measured on two
+#: adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
+OF_DEAD_LOAD, TOLERANCE = 1e-7, 1e-5
 #: Complementarity gap at which a step begins, in multiples of its work.
 CENTRING = 1.0
 #: Most factorisations of one step, and of all steps.

@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 #: The load factor has settled within this relative range while the displacement grows tenfold. Measured on 90
 #: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
 SETTLED = 5e-3
+#: Largest residual of a state under dead load, and of a step by interior points. Measured by splitting on 43 structures
+#: of 20 kinds: at most 5e-4 on those that stand, and 0.02 and more on those for which no such state is found.
+ENOUGH = 1e-3
 #: Displacement at which a path ends, in elastic displacements, or in those at half of the bound if they are longer.
 #: Beyond it, elastic strain is negligible.
 FURTHEST = 1e5

@@ -81,7 +81,7 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
     outcome = yield from _solve(problem, flow, settings, solver)
     if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
-    steps = _solve(problem.without_crushing, flow, settings, solver)
+    steps = _solve(problem.without_crushing, flow, settings, solver, is_guard=True)
     while True:
         try:
             next(steps)
@@ -93,8 +93,13 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
     return replace(outcome, load_factor=without, settled=False, peak=np.nan, without_crushing=without)
 
 
-def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """Run the procedure and test the effect of self-stress."""
+def _solve(
+    problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver, *, is_guard: bool = False
+) -> Steps:
+    """Run the procedure and test the effect of self-stress.
+
+    A guard needs the load factor alone: no test of self-stress, and no largest reaction of a settlement.
+    """
     program = ConicProgram(problem, settings)
     path = _path(program, settings) if flow is Flow.NONASSOCIATIVE else None
     dead = _dead_load_forces(problem, path)
@@ -103,12 +108,12 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
         if isinstance(found, Outcome):
             return found
         dead = found
-    searched = flow is Flow.NONASSOCIATIVE and problem.settlement is None
-    if searched:
+    is_tested = flow is Flow.NONASSOCIATIVE and problem.settlement is None and not is_guard
+    if is_tested:
         hung = yield from dead_load_collapse(problem, settings, solver)
         if hung:
             return Outcome(Status.SELF_STRESS, np.nan, Reason.DEAD_LOAD_COLLAPSES, hung=hung)
-    if problem.settlement is not None:
+    if problem.settlement is not None and not is_guard:
         yield largest_reaction(problem, settings, solver)
     first = ray = yield from _associate(program, dead, flow, settings, solver)
     jammed = first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE
@@ -126,7 +131,7 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
     if flow is Flow.NONASSOCIATIVE:
         steps = _without_dilatancy(program, first, path, settings, solver)
         outcome = yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver)
-        if not searched or outcome.status is not Status.CONVERGED:
+        if not is_tested or outcome.status is not Status.CONVERGED:
             return outcome
         blocks = jammed_by_self_stress(problem, settings, solver, bounded=not jammed)
         return replace(outcome, jammed=blocks)

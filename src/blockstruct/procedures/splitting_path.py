@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import Path
+from blockstruct.procedures.path import ENOUGH, Path
 from blockstruct.solvers.interior_point import ContactState
 from blockstruct.solvers.splitting import Splitting
 from blockstruct.vocabulary import PathEnd
@@ -27,7 +27,7 @@ MAX_OF_PATH = 12_000
 #: rectangles crush about both axes at once: a small rotation about the other axis then decides the load factor.
 CARE = 4
 #: Largest residual of an accepted step.
-ENOUGH = 0.3
+ACCEPTED = 0.3
 #: Penalty of a step of one elastic displacement, and its largest ratio from one step to the next.
 PENALTY, REBALANCED = 10.0, 3.0
 
@@ -80,7 +80,7 @@ class SplittingPath(Path):
             # Nothing holds some blocks, for example on their only support once it moves.
             return None
         self._spent += found.iterations
-        if not found.residual <= ENOUGH:
+        if not found.residual <= ACCEPTED:
             return None
         # If forces still change and hardly miss their conditions, the penalty is too large.
         ratio = np.sqrt(found.missed / max(found.changed, 1e-300))

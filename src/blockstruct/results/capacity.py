@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.limit import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
-from blockstruct.results.pushed_ties import break_displacements
+from blockstruct.results.ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES

@@ -11,7 +11,7 @@ from blockstruct.model import SettlementCase, has_curve
 from blockstruct.motion import MotionState, MovingProblem, largest_displacement, recomputed
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.pushed_ties import DECIMALS, break_displacements
+from blockstruct.results.ties import DECIMALS, break_displacements
 from blockstruct.statics import Statics
 
 Array = NDArray[np.float64]

@@ -6,8 +6,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.results.resultants import interface_resultants
-from blockstruct.results.states import contact_state
+from blockstruct.results.interfaces import contact_state, interface_resultants
 
 
 def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:

@@ -8,8 +8,6 @@ import blockstruct as bs
 from blockstruct import text
 from blockstruct.vocabulary import MOTIONS, listed
 
-#: Holding ties of a pushover, and supports of some motions, that are listed.
-_LISTED = 5
 #: Statuses whose history may hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
@@ -62,11 +60,12 @@ def roller_words(result: bs.CaseResult) -> list[str]:
     values = np.hstack([found["force"].to_numpy(), found["moment"].to_numpy()])
     if not np.isfinite(values).all():
         return []
-    sentences = [
-        text.roller_sentence(b.name, {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held})
-        for b, row in zip(rollers[:_LISTED], values, strict=False)
-    ]
-    return sentences + [text.more_rollers(len(rollers) - _LISTED)] * (len(rollers) > _LISTED)
+    return text.roller_sentences(
+        {
+            b.name: {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held}
+            for b, row in zip(rollers, values, strict=True)
+        }
+    )
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:
@@ -85,11 +84,9 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
     if "tie_force" in curve:
-        names = [str(name) for name in curve["tie"].to_numpy()]
-        held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
-        longest, largest = (curve[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
-        sentences += [text.tie_holds(names[k], longest[k], largest[k]) for k in held[:_LISTED]]
-        sentences += [text.more_ties_hold(len(held) - _LISTED)] * (len(held) > _LISTED)
+        held = curve.isel(tie=np.isnan(curve["tie_break_displacement"].to_numpy()))
+        most = (held[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
+        sentences += text.holding_ties(list(zip(held["tie"].to_numpy(), *most, strict=True)))
     return sentences
 
 

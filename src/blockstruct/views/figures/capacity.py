@@ -7,12 +7,9 @@ import blockstruct as bs
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import given_result
-from blockstruct.views.style import ACCENT, FORCE
+from blockstruct.views.style import FORCE
 from blockstruct.views.words import without_curve_words
 from blockstruct.vocabulary import listed
-
-#: Without the colour of marked points.
-_COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
@@ -52,7 +49,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     holds = curve["holds"].to_numpy() > 0
     factor, unit = readable(displacement, "m")
     ax = new_axes(ax)
-    colour = next_colour(ax, _COLOURS)
+    colour = next_colour(ax)
     ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
     ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
     ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
