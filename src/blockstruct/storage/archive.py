@@ -350,7 +350,7 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 "version": ", ".join(dict.fromkeys(made_by)),
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
                 **_reaction(case, place),
-                **(_curve(groups, file.curves[place]) if place in file.curves else {}),
+                **(_curve(groups, f"{place}/capacity") if "capacity" in file.parts[place] else {}),
                 **texts,
                 "curve_ended": _end(plain(case.attrs["curve_ended"])) if "curve_ended" in case.attrs else "",
                 "settled": bool(_scalar(case, place, "settled")),

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -631,13 +631,11 @@ def _detection_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Fin
             yield f"{path}/{name}", "there is a negative number"
 
 
-def case_findings(
-    path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool, has_response: bool
-) -> Iterator[Finding]:
+def case_findings(path: str, case: xr.Dataset, load_factors: Any, parts: Container[str]) -> Iterator[Finding]:
     """Find where a result contradicts its group, its curve, its response or the load factors of its history."""
-    if has_response and "record" not in case.attrs:
+    if "response" in parts and "record" not in case.attrs:
         yield path, "there is a response, but no attribute record: nothing tells what the ground did"
-    if has_curve and not {"pushover", "settlement"} & set(case.attrs):
+    if "capacity" in parts and not {"pushover", "settlement"} & set(case.attrs):
         yield path, "there is a capacity curve, but no attribute pushover or settlement: nothing tells what moves how"
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
         yield path, "the attribute name is not that of the group"

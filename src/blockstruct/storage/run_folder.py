@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
@@ -226,9 +226,7 @@ class WriterLock:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.release()
 
 
@@ -706,9 +704,7 @@ class Checkpoint:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._lock.release()
 
     def _announce(self, draft: Stamp) -> None:
@@ -831,15 +827,13 @@ def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int)
 
 def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
     """Return the history of the iterations of a case."""
-
-    def variable(name: Any) -> xr.Variable:
-        old = blank.variables[name]
-        if "iteration" not in old.dims:
-            return old
-        return xr.Variable(old.dims, np.concatenate([piece[str(name)] for piece in pieces]), old.attrs)
-
-    data, coords = ({str(n): variable(n) for n in names} for names in (blank.data_vars, blank.coords))
-    return xr.Dataset(data, coords=coords, attrs=blank.attrs)
+    joined = {
+        str(name): (v.dims, np.concatenate([piece[str(name)] for piece in pieces]), v.attrs)
+        for name, v in blank.variables.items()
+        if "iteration" in v.dims
+    }
+    coords = {name: joined.pop(name) for name in [name for name in joined if name in blank.coords]}
+    return blank.drop_dims("iteration").assign(joined).assign_coords(coords)
 
 
 def _put(path: Path, *parts: bytes | memoryview) -> None:
@@ -861,11 +855,7 @@ def _target(replaced: Sequence[Stamp]) -> bytes:
 def _aimed(path: Path) -> list[Stamp]:
     """Return the stamps of files that a run may replace; none if they cannot be read."""
     try:
-        return [
-            Stamp(*map(int, stamp))
-            for stamp in json.loads(read_file(path, "a record of the files a run replaces", _LONGEST_TARGET))[
-                "replaces"
-            ]
-        ]
+        target = json.loads(read_file(path, "a record of the files a run replaces", _LONGEST_TARGET))
+        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]]
     except (*DAMAGE, OSError):
         return []
