@@ -73,8 +73,8 @@ def test_an_arch_on_spreading_abutments_falls(spread):
     assert float(curve["d0"]) == pytest.approx(largest, rel=2e-3)
     assert spread.curve_outcome.end == "falls"
     assert spread.curve_outcome.displacement == float(curve["d0"])
-    assert spread.curve_outcome.blocks == ("a", "b")
-    assert "then blocks fall (a, b)" in spread.describe()
+    assert set(spread.curve_outcome.blocks) == {"a", "b"}
+    assert "then blocks fall" in spread.describe()
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
 from blockstruct.limit.certificate import FORCES
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
+from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
 
 Array = NDArray[np.float64]
@@ -194,42 +195,33 @@ def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> A
     Points belong to the same two blocks and are compared in the axes of each block: a point of a block that slides
     stays where it was on one of the two. Two points at one place with different normals, as in an inner corner, differ.
     """
-    # Loaded here: scipy.spatial is slow to import.
-    from scipy.spatial import KDTree
-
     points, placement, length = moved.contacts.points, moved.placement, moved.problem.length
-    before, found = Placement.at(state.position, state.rotation), np.zeros_like(points.position)
-    if not len(found) or not len(state.force_of_contact):
-        return found
-    blocks = len(state.position)
+    before, force = Placement.at(state.position, state.rotation), np.zeros_like(points.position)
+    minus, plus, frame = state.minus_of_contact, state.plus_of_contact, points.frame[points.interface]
 
-    def places(minus: Index, plus: Index, position: Array, normal: Array, at: Placement) -> list[Array]:
-        lower, upper = np.minimum(minus, plus), np.maximum(minus, plus)
-        towards = np.where(minus < plus, 1.0, -1.0)[:, None] * normal
-        pair = (lower * blocks + upper)[:, None].astype(float)
-        return [
-            np.column_stack(
-                [
-                    pair,
-                    np.einsum("kji,kj->ki", at.rotation[own], position - at.position[own]) / length,
-                    reach * np.einsum("kji,kj->ki", at.rotation[own], towards),
-                ]
-            )
-            for own in (lower, upper)
-        ]
+    def places(ends: tuple[Index, Index], position: Array, normal: Array, at: Placement) -> list[Array]:
+        """Return position and normal (K, 6) in the axes of the lower and of the upper block of each point."""
+        towards = np.where(ends[0] < ends[1], reach, -reach)[:, None] * normal
+        both = []
+        for own in (np.minimum(*ends), np.maximum(*ends)):
+            turn = at.rotation[own].transpose(0, 2, 1)
+            way = (position - at.position[own]) / length
+            both.append(np.concatenate([turn @ way[:, :, None], turn @ towards[:, :, None]], axis=1)[:, :, 0])
+        return both
 
-    frame = points.frame[points.interface]
-    new = places(points.minus, points.plus, points.position, frame[:, 0], placement)
-    minus, plus = state.minus_of_contact, state.plus_of_contact
-    old = places(minus, plus, state.point_of_contact, state.normal_of_contact, before)
-    near = [KDTree(one).query(other) for one, other in zip(new, old, strict=True)]
-    distance, nearest = (np.array(part) for part in zip(*near, strict=True))
-    best, which = distance.argmin(axis=0), np.arange(len(minus))
-    kept = distance[best, which] <= reach
-    place = nearest[best, which][kept]
+    ends = (minus, plus), (points.minus, points.plus)
+    old = places(ends[0], state.point_of_contact, state.normal_of_contact, before)
+    new = places(ends[1], points.position, frame[:, 0], placement)
+
+    def apart(row: Index, at: Index) -> list[Array]:
+        return [np.linalg.norm(b[at] - a[row], axis=1) for a, b in zip(old, new, strict=True)]
+
+    row, at, distance = nearest(*ends, lambda row, at: np.minimum(*apart(row, at)))
+    row, at = row[distance <= reach], at[distance <= reach]
     # Forces turn with the block in whose axes the point is where it was.
-    own = np.where(best == 0, np.minimum(minus, plus), np.maximum(minus, plus))[kept]
-    turned = np.einsum("kij,klj,kl->ki", placement.rotation[own], before.rotation[own], state.force_of_contact[kept])
-    turned *= np.where(minus[kept] == points.minus[place], 1.0, -1.0)[:, None]
-    np.add.at(found, place, np.einsum("kij,kj->ki", frame[place], turned) / moved.problem.force_unit[place, None])
-    return found
+    of_lower, of_upper = apart(row, at)
+    own = np.where(of_lower <= of_upper, np.minimum(minus, plus)[row], np.maximum(minus, plus)[row])
+    turned = np.einsum("kij,klj,kl->ki", placement.rotation[own], before.rotation[own], state.force_of_contact[row])
+    turned *= np.where(minus[row] == points.minus[at], 1.0, -1.0)[:, None]
+    np.add.at(force, at, np.einsum("kij,kj->ki", frame[at], turned) / moved.problem.force_unit[at, None])
+    return force

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
-from blockstruct.statics import ContactPoints, MovingStructure, Placement
+from blockstruct.motion.nearest import nearest
+from blockstruct.solvers.step import limited
+from blockstruct.statics import MovingStructure, Placement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -170,7 +172,15 @@ class Dynamics:
             for block, side in ((points.minus, -half), (points.plus, half))
         )
         frame = points.frame @ R[points.minus]
-        force = np.einsum("kai,ki->ka", points.frame, _nearest(points, before))
+        force = np.zeros_like(points.position)
+        row, at, _ = nearest(
+            (before.minus, before.plus),
+            (points.minus, points.plus),
+            lambda row, at: np.linalg.norm(points.position[at] - before.point[row], axis=1),
+        )
+        sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
+        np.add.at(force, at, sign[:, None] * before.force[row])
+        force = np.einsum("kai,ki->ka", points.frame, force)
         return Contacts(points.minus, points.plus, on_minus, on_plus, frame, points.friction, force)
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
@@ -301,7 +311,7 @@ class _Law:
         soft = (self.rho * self.compliance)[:, None]
         tried = (1 - soft) * x - self.rho[:, None] * (self.way + self.time[:, None] * v)
         tried[:, 1:] += soft * self.contacts.force[:, 1:]
-        kept, slope = _cut(tried, self.contacts.friction)
+        kept, slope = limited(tried, self.contacts.friction)
         return kept, slope, float((np.abs(kept - x) / self.unit[:, None]).max(initial=0.0))
 
     def linear(self, x: Array, kept: Array, slope: Array) -> tuple[Array, Array]:
@@ -370,41 +380,3 @@ def _solved(S: Any, b: Array) -> Array | None:
 def _cross(a: Array, b: Array) -> Array:
     """Return the cross products (…, 3): several times as fast as numpy's for small arrays."""
     return np.asarray(a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]])
-
-
-def _cut(tried: Array, mu: Array) -> tuple[Array, Array]:
-    """Return the forces (K, 3) that contacts bear, and their derivatives (K, 3, 3) to the tried ones."""
-    n, size = np.maximum(tried[:, 0], 0.0), np.maximum(np.hypot(tried[:, 1], tried[:, 2]), 1e-300)
-    presses, slides = n > 0, size > mu * n
-    share, along = np.where(slides, mu * n / size, 1.0), tried[:, 1:] / size[:, None]
-    x = np.column_stack([n, tried[:, 1:] * share[:, None]])
-    slope = np.zeros((len(n), 3, 3))
-    slope[:, 0, 0] = presses
-    slope[:, [1, 2], [1, 2]] = np.where(presses, share, 0.0)[:, None]
-    on = slides & presses
-    slope[:, 1:, 1:] -= np.where(on, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
-    slope[:, 1:, 0] = np.where(on, mu, 0.0)[:, None] * along
-    return x, slope
-
-
-def _nearest(points: ContactPoints, before: ContactForces) -> Array:
-    """Return the forces (K, 3) before, each at the nearest contact of the same two blocks; elsewhere zero."""
-    force = np.zeros((len(points.friction), 3))
-    if not len(before.plus) or not len(force):
-        return force
-    # Of each force, the contacts of the same two blocks: a range of the contacts that are sorted by their blocks.
-    n = 1 + max(int(block.max()) for block in (points.minus, points.plus, before.minus, before.plus))
-    code, wanted = (np.minimum(c.minus, c.plus) * n + np.maximum(c.minus, c.plus) for c in (points, before))
-    order = np.argsort(code, kind="stable")
-    first, last = (np.searchsorted(code[order], wanted, side) for side in ("left", "right"))
-    count = last - first
-    row = np.repeat(np.arange(len(wanted)), count)
-    at = order[np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)]
-    distance = np.linalg.norm(points.position[at] - before.point[row], axis=1)
-    nearest = np.lexsort((distance, row))
-    row, at = row[nearest], at[nearest]
-    begin = np.append(True, row[1:] != row[:-1])
-    row, at = row[begin], at[begin]
-    sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
-    np.add.at(force, at, sign[:, None] * before.force[row])
-    return force

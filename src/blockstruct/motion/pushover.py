@@ -47,8 +47,6 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Share of inertia in the work of the last step above which blocks fall.
 MOSTLY = 0.5
-#: Rounding of the displacement of supports, relative to the one that they are to reach.
-REACHED = 1e-9
 #: Number of states, relative to the requested one, at which the curve ends; least requested number that counts.
 PATIENCE, FEW = 5, 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
@@ -537,7 +535,9 @@ class _SettlementPath(_Path):
 
     def _reached(self) -> CurveEnd | None:
         curve = self._course.curve
-        return CurveEnd.DISPLACEMENT_REACHED if curve and curve[-1][0] >= self._goal * (1 - REACHED) else None
+        return (
+            CurveEnd.DISPLACEMENT_REACHED if curve and curve[-1][0] >= self._goal - COMPLIANCE * self._length else None
+        )
 
     def advance(self, way: float | None = None) -> MotionState | None:
         """Return the state after the last step.
@@ -577,6 +577,8 @@ class _SettlementPath(_Path):
         before = self._course.last
         if state.falls and (before is None or not before.falls):
             self._falls_at = state.displacement
+        # The thrust of an arch that becomes flat grows without end.
+        self.scale = max(self.scale, abs(state.load_factor))
         return super().take(state)
 
     def _wanted(self) -> float:
@@ -587,7 +589,7 @@ class _SettlementPath(_Path):
         # The last step but one ends at the displacement of the case.
         left = self._goal - self._problem.control.displacement(placement)
         time = super()._time(placement, twist, way)
-        return min(time, left * self._unit) if left > REACHED * self._goal else time
+        return min(time, left * self._unit) if left > COMPLIANCE * self._length else time
 
     def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
         return 1.0

@@ -278,18 +278,26 @@ class _Newton:
         The limit of friction is ``μ n`` if none is given.
         """
         problem, K = self._step.problem, self._K
-        x, T = trial[: 3 * K].reshape(-1, 3), trial[3 * K :]
-        n, size = np.maximum(x[:, 0], 0.0), np.hypot(x[:, 1], x[:, 2])
-        most = problem.friction * n if limit is None else limit
-        slides = size > most
-        share = np.divide(most, size, out=np.ones(K), where=slides)
-        along = x[:, 1:] / np.maximum(size, 1e-300)[:, None]
-        slope = np.zeros((K, 3, 3))
-        slope[:, 0, 0] = n > 0
-        slope[:, 1, 1] = slope[:, 2, 2] = share
-        slope[:, 1:, 1:] -= np.where(slides, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
-        if limit is None:
-            slope[:, 1:, 0] = np.where(slides & (n > 0), problem.friction, 0.0)[:, None] * along
+        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction, limit)
+        T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
-        kept = np.column_stack([n, share[:, None] * x[:, 1:]])
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
+
+
+def limited(x: Array, friction: Array, limit: Array | None = None) -> tuple[Array, Array]:
+    """Return contact forces (K, 3) moved back to what contacts bear, and the derivatives (K, 3, 3).
+
+    Contacts bear no tension, and friction up to the limit (K,), which is ``μ n`` if none is given.
+    """
+    n, size = np.maximum(x[:, 0], 0.0), np.hypot(x[:, 1], x[:, 2])
+    most = friction * n if limit is None else limit
+    slides = size > most
+    share = np.divide(most, size, out=np.ones(len(n)), where=slides)
+    along = x[:, 1:] / np.maximum(size, 1e-300)[:, None]
+    slope = np.zeros((len(n), 3, 3))
+    slope[:, 0, 0] = n > 0
+    slope[:, 1, 1] = slope[:, 2, 2] = share
+    slope[:, 1:, 1:] -= np.where(slides, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
+    if limit is None:
+        slope[:, 1:, 0] = np.where(slides & (n > 0), friction, 0.0)[:, None] * along
+    return np.column_stack([n, share[:, None] * x[:, 1:]]), slope

@@ -38,6 +38,9 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         msg = f"case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
     settles = "reaction" in curve
+    if settles:
+        # A fall has no reaction of its own.
+        curve = curve.isel(step=curve["falls"].to_numpy() == 0)
     displacement, value = (
         curve[name].to_numpy() for name in ("displacement", "reaction" if settles else "load_factor")
     )
