@@ -20,8 +20,8 @@ from blockstruct.geometry import (
     tributary_areas,
 )
 from blockstruct.geometry.polygon import flat_polygons
-from blockstruct.geometry.rounding import inset, largest_radius
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
+from blockstruct.geometry.touching import inset, largest_radius
 from structures import STONE, extruded, moved, rotation
 
 DOME = {"span": "4 m", "thickness": "60 cm", "courses": 4, "units": 8, "oculus": "1.2 m"}

@@ -69,15 +69,6 @@ def test_units_and_orientation_have_no_effect(tmp_path_factory, unit, turn):
     same_bodies(bs.imports.read_mesh(path, unit=unit, material=STONE).blocks, blocks)
 
 
-def test_inward_normals_are_reversed_with_a_warning(tmp_path, wall):
-    path = saved(tmp_path, "scan.stl", stl_bytes(wall, inward=True))
-    with pytest.warns(bs.errors.GeometryWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
-        found = bs.imports.read_mesh(path, unit="m", material=STONE)
-    same_bodies(found.blocks, wall)
-    assert "warning: faces turned to look outward: 132" in str(found.report)
-    assert set(found.report.table().query("kind == 'turned'").amount) == {12.0}
-
-
 def shifted(faces, by=8):
     """Faces of vertices that come after some others."""
     return [[i + by for i in face] for face in faces]
@@ -282,20 +273,6 @@ def test_several_files_prefix_the_names_of_blocks(tmp_path):
     found = bs.imports.read_mesh([path, other, third], unit="m", material=STONE, fixed=["arch.stone"])
     assert [b.name for b in found.blocks] == ["arch.stone", "wall.stone", "pier"]
     assert found.report.supports == ("arch.stone",)
-
-
-@pytest.mark.parametrize("reverse", [False, True])
-@pytest.mark.parametrize("interleaved", [False, True])
-def test_a_body_with_duplicate_faces_is_one_block(tmp_path, reverse, interleaved):
-    again = [f[::-1] for f in QUADS] if reverse else [f[1:] + f[:1] for f in QUADS]
-    faces = [f for pair in zip(QUADS, again, strict=True) for f in pair] if interleaved else [*QUADS, *again]
-    text = "o dome\n" + obj_text(faces=faces)
-    with pytest.warns(
-        bs.errors.GeometryWarning, match=r"bodies whose faces are all given twice, once each kept: 1 \(dome\)"
-    ):
-        found = read(tmp_path, "a.obj", text)
-    assert [b.name for b in found.blocks] == ["dome"]
-    assert {r.kind for r in found.report.repairs} == {"doubled"}
 
 
 def test_a_copy_with_another_name_is_dropped(tmp_path):

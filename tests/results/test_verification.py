@@ -48,9 +48,6 @@ def certificate(analysis, **changes):
     return {"certificate": replace(analysis[NAME].certificate, **changes)}
 
 
-#: Settings with which no case converges.
-GIVEN_UP = {"procedure": "fictitious", "max_programs": 4, "gap_tolerance": 0.0}
-
 LIES = {
     "a load factor times ten": (lambda a: {"load_factor": 10 * a[NAME].load_factor}, ["load factor is"]),
     "a load factor times ten in the history too": (

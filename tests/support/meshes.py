@@ -36,10 +36,10 @@ def fans(faces: Iterable[Sequence[int]]) -> list[tuple[int, int, int]]:
     return [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
 
 
-def stl_bytes(blocks: Iterable[bs.Block], *, inward: bool = False) -> bytes:
+def stl_bytes(blocks: Iterable[bs.Block]) -> bytes:
     """A binary STL file of all blocks, one after the other."""
     triangles = [b.shape.vertices[list(t)] for b in blocks for t in fans(b.shape.faces)]
-    body = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t[::-1] if inward else t).tolist(), 0) for t in triangles)
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t).tolist(), 0) for t in triangles)
     return bytes(80) + struct.pack("<I", len(triangles)) + body
 
 

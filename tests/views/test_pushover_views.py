@@ -18,7 +18,7 @@ from blockstruct.views.page import write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report.contents import contents
-from blockstruct.views.report.pushovers import curve_sentences
+from blockstruct.views.report.summary import curve_sentences
 from blockstruct.views.words import pushover_words
 from refusals import refused
 from structures import SELF_WEIGHT, box, model_of, push

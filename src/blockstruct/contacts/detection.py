@@ -23,7 +23,7 @@ from blockstruct.geometry import (
     unsupported,
     without_far_sides,
 )
-from blockstruct.geometry.tolerances import ROUNDING
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model import (
     Block,
     Detection,
@@ -45,8 +45,6 @@ from blockstruct.vocabulary import JointOrientation
 
 #: Largest distance of two reported faces, and of two reported blocks without a contact: the width of a mortar joint.
 REACH, CLOSE = 1e-2, 0.1
-#: Default area tolerance.
-AREA = 1e-6
 #: Default angle tolerance, as a text.
 ANGLE = "1 deg"
 #: Largest angle of two reported faces, and of two faces that look at each other, radians.
@@ -235,7 +233,7 @@ def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None
 
 def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolerances:
     gap = to_quantity(OVERLAP * size, "length") if gap is None else gap
-    area = to_quantity(AREA * size**2, "area") if area is None else area
+    area = to_quantity(NEGLIGIBLE * size**2, "area") if area is None else area
     values = []
     for what, limit, dimension, unit in (
         ("tolerance", gap, "length", "m"),

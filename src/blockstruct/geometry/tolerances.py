@@ -27,6 +27,8 @@ SAME_GRID = 0.08
 
 # Faces against faces
 
+#: Least cosine of the angle between two faces that count as parallel, in either orientation.
+PARALLEL = 0.99
 #: Least cosine of the angle between two normals that count as the same direction.
 ALIKE = math.cos(math.radians(45))
 #: Largest angle between a polygon and the face on which it lies.

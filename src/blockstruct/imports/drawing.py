@@ -13,29 +13,71 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
-from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import enclosed, prism, read_outline
 from blockstruct.imports.solid import Content, Face, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH
 from blockstruct.model import Material
-from blockstruct.model.checks import positive_length
+from blockstruct.model.checks import MOST_BLOCKS, positive_length
 from blockstruct.units import QuantityLike
+
+
+def check_expansion(drawing: Any, path: Path, depth: int) -> None:
+    """Refuse a drawing whose inserted blocks expand to too many entities, followed to a depth.
+
+    Raises
+    ------
+    GeometryFileError
+        If there are too many. The message names the block in the model space with the most entities.
+    """
+    known: dict[tuple[str, int], int] = {}
+
+    def inside(name: str, level: int) -> int:
+        """Return the number of entities in a block, including nested blocks."""
+        key = (name.lower(), level)
+        if key not in known:
+            known[key] = sum(sizes_of(drawing.blocks.get(name) or (), level)) if level <= depth else 0
+        return known[key]
+
+    def sizes_of(entities: Iterable[Any], level: int) -> Iterable[int]:
+        for entity in entities:
+            yield 1
+            if entity.dxftype() == "INSERT":
+                yield _copies(entity) * (1 + inside(_name(entity), level + 1))
+
+    inserts = [e for e in drawing.modelspace() if e.dxftype() == "INSERT"]
+    sizes = [_copies(e) * (1 + inside(_name(e), 1)) for e in inserts]
+    if sum(sizes) > MOST_BLOCKS:
+        worst = inserts[sizes.index(max(sizes))]
+        msg = (
+            f"{path}: its blocks expand to {sum(sizes):.3g} entities, block {_name(worst)!r} alone to "
+            f"{max(sizes):.3g}, the limit is {MOST_BLOCKS}; remove entities that are not stones, or draw fewer copies"
+        )
+        raise GeometryFileError(msg)
+
+
+def _name(insert: Any) -> str:
+    return str(insert.dxf.get("name", ""))
+
+
+def _copies(insert: Any) -> int:
+    """Return rows times columns in the file, at most a billion."""
+    rows, columns = (int(insert.dxf.get(f"{what}_count", 1)) for what in ("row", "column"))
+    return min(max(1, rows) * max(1, columns), 10**9)
+
 
 Array = NDArray[np.float64]
 
-_SURVEY_FOOT = 1200 / 3937
 #: Units of a drawing in m, by their code in $INSUNITS, from microinches to miles.
 _STATED_UNITS = {
     **{1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144},
     **{13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
-    **{21: _SURVEY_FOOT, 22: _SURVEY_FOOT / 12, 23: 3 * _SURVEY_FOOT, 24: 5280 * _SURVEY_FOOT},
+    # The foot, inch, yard and mile of surveys.
+    **{code: feet * 1200 / 3937 for code, feet in ((21, 1), (22, 1 / 12), (23, 3), (24, 5280))},
 }
 #: Bodies without faces in the file: only the program that wrote them can compute the faces.
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
-#: Flag of a control point of a spline among the vertices of a polyline.
-_CONTROL_POINT = 16
 #: Group codes of numbers.
 _NUMERIC = {*range(10, 100), *range(110, 180), *range(210, 240), *range(270, 290), *range(370, 390), *range(400, 410)}
 _NUMERIC |= {*range(420, 430), *range(440, 470), *range(1010, 1072)}
@@ -240,7 +282,8 @@ class _Reading:
         elif kind == "POLYLINE" and entity.is_2d_polyline:
             level = entity.dxf.elevation.z
             # The control points of a fitted spline are not on the curve.
-            drawn = [v for v in entity.vertices if not v.dxf.flags & _CONTROL_POINT]
+            control = package("ezdxf.lldxf.const", "cad", str(self.path)).VTX_SPLINE_FRAME_CONTROL_POINT
+            drawn = [v for v in entity.vertices if not v.dxf.flags & control]
             corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in drawn]
             self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
         elif kind == "MESH" and entity.dxf.get("subdivision_levels", 0):

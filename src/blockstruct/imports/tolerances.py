@@ -15,8 +15,6 @@ EXACT = 1e-7
 POLYGON = 5e-3
 #: Largest deviation from a plane, relative to the size of the body, of neighbouring faces that are merged.
 MERGE = 1e-4
-#: Least cosine of the angle between two faces that are merged, in either orientation.
-ONE_PLANE = 0.99
 #: Smallest number of faces of a body. Fewer faces without area are a sliver of a mesh.
 LEAST_FACES = 4
 #: Area, relative to the square of the longest edge, that counts as zero.

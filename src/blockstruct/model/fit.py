@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
+from blockstruct.geometry.tolerances import NEGLIGIBLE, PARALLEL
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.interface import Interface
@@ -26,10 +27,8 @@ OFF_FACE, BEHIND_FACE = 5e-2, JOINED_OVERLAP
 #: Largest share of an interface outside the faces of its blocks, and largest distance of a corner from them relative to
 #: its area over half its perimeter, which is the width of a long interface: rounded coordinates.
 OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
-#: Largest share of an interface that a second interface of the blocks covers, and least cosine of their angle.
-COVERED, PARALLEL = 1e-3, 0.99
-#: Relative difference of areas up to which an interface is the one that the detection measured.
-SAME_AREA = 1e-6
+#: Largest share of an interface that a second interface of the blocks covers.
+COVERED = 1e-3
 
 
 class SameBlocks:
@@ -206,7 +205,7 @@ def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None
         return (
             c is not None
             and (c.minus, c.plus) == (interface.minus, interface.plus)
-            and abs(c.area - interface.area) <= SAME_AREA * interface.area
+            and abs(c.area - interface.area) <= NEGLIGIBLE * interface.area
         )
 
     return np.array([same(i) for i in interfaces], dtype=bool)

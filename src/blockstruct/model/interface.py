@@ -10,7 +10,7 @@ from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import mean_distances, polygon_area
 from blockstruct.geometry.tolerances import NO_AREA, ROUNDING
 from blockstruct.model.fields import ModelObject, changed, has_name, instance_of, label, named_arguments, store
-from blockstruct.model.joint_material import JointMaterial
+from blockstruct.model.materials import JointMaterial
 from blockstruct.units import VectorLike, si_array
 from blockstruct.vocabulary import JointOrientation
 

@@ -294,8 +294,10 @@ class _Path:
             found = self._fallen_from(placement, twist, memory, self._height(memory))
             if found is None or found.inertia > least:
                 return found
+            # A fall from a state that is hardly unstable begins slowly.
+            return self._pushed(placement, twist, way, memory) or found
         found = self._pushed(placement, twist, way, memory)
-        if found is None and not memory.falls:
+        if found is None:
             found = self._fallen_from(placement, twist, memory, WIDEST * self._length / 4)
             return found if found is not None and found.inertia > least else None
         return found
@@ -569,11 +571,6 @@ class _SettlementPath(_Path):
         """Facts of the end; the displacement is that at which blocks begin to fall."""
         found = super().outcome(end)
         return replace(found, displacement=self._falls_at) if end is CurveEnd.FALLS else found
-
-    def lost(self) -> CurveEnd:
-        """How the curve ends where no step is solved."""
-        last = self._course.last
-        return CurveEnd.FALLS if last is not None and last.falls else super().lost()
 
     def take(self, state: MotionState) -> MotionState:
         """Add a state as the last one."""

@@ -171,8 +171,8 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     """
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
     if "reaction" in capacity:
-        # A reaction changes as the supports move.
-        return _misses(capacity)
+        # A reaction changes as the supports move, and a fall ends the curve.
+        return _misses(capacity.isel(step=capacity["falls"].to_numpy() == 0))
     if len(d) < 3 or not alpha[0]:
         return []
     said, top = [], int(alpha.argmax())

@@ -538,7 +538,7 @@ class CaseResult:
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
         if self.curve_ended:
-            moved = f"{capitalised(self.curve_ended)}."
+            moved = capitalised(self.curve_ended)
         return "\n".join(filter(None, (str(self), moved, *notes, motion)))
 
     def __repr__(self) -> str:

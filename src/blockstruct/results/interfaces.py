@@ -13,17 +13,16 @@ from blockstruct.vocabulary import ContactState, Stage
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Force that counts as zero, in units of ``contact_force_unit``, within the tolerance of the certificate.
+#: Force that counts as zero, within the tolerance of the certificate, in units of ``contact_force_unit`` or of a
+#: strength.
 NO_FORCE = 1e-4
 #: Relative velocity, relative to the largest, below which a joint is at rest. Solver tolerances move joints outside the
 #: mechanism by about a thousandth.
 AT_REST = 0.01
-#: Relative velocity, relative to the largest velocity of a block, that counts as rounding.
+#: Velocity, relative to the largest of a block, and share of a strength, that count as rounding.
 ROUNDING = 1e-6
 #: Utilisation from which a strength counts as fully used.
 FULLY_USED = 0.999
-#: Least share of its strength that a fully pressed joint has left, so that no division by zero occurs.
-_LEFT = 1e-6
 #: Parts of a state, in the order of its text.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
 #: Text of each combination of parts, by the sum of their bits.
@@ -184,7 +183,7 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (1 - 2 * np.minimum(edges[:, e], edges[:, e + 2]) / total for e in (0, 1))
         # (1 − a s)(1 − b s) = N / F at the share s of the eccentricity. Fully pressed, both sides are rounding.
-        rest = np.maximum(1 - total / capacity, _LEFT)
+        rest = np.maximum(1 - total / capacity, ROUNDING)
         times = (a + b + np.sqrt(np.maximum((a + b) ** 2 - 4 * a * b * rest, 0.0))) / (2 * rest)
     names = pd.Index(last["interface"].to_numpy()[joints], name="interface")
     return pd.Series(np.where(_floor(last)[joints] < N, times, np.nan), index=names)

@@ -6,6 +6,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.model import Model, tie_segments
+from blockstruct.results.interfaces import NO_FORCE
 from blockstruct.results.mechanism import ACCURACY, largest_motion
 from blockstruct.text import LISTED, tie_sentence, tie_title
 from blockstruct.units import SI_UNITS
@@ -13,8 +14,6 @@ from blockstruct.vocabulary import TieState
 
 Array = NDArray[np.float64]
 
-#: Force, relative to the largest, that counts as zero, or as the distance from a limit.
-AT_LIMIT = 1e-4
 #: Decimals of the displacements at which ties break, m.
 DECIMALS = 9
 _METER, _NEWTON = SI_UNITS["length"], SI_UNITS["force"]
@@ -27,7 +26,7 @@ OF_LIMIT = {
 }
 
 
-def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
+def tie_state(history: xr.Dataset, tolerance: float = NO_FORCE) -> xr.DataArray:
     """Return the state of every tie in every iteration.
 
     States are of :class:`blockstruct.vocabulary.TieState`.
@@ -208,7 +207,7 @@ def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
     largest = np.array([segment.capacity for segment in segments])
     limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
     state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
-    state = np.where(tension >= (1 - AT_LIMIT) * largest, limits, state)
+    state = np.where(tension >= (1 - NO_FORCE) * largest, limits, state)
     state = np.where(tension <= _rounding(model), TieState.SLACK.value, state)
     state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
     beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
@@ -223,7 +222,7 @@ def _rounding(model: Model) -> Array:
     """
     weight = {b.name: np.inf if b.fixed else b.weight for b in model.blocks}
     least = [min(s.capacity, *(weight[name] for name in s.blocks)) for s in tie_segments(model.ties, model.blocks)]
-    return AT_LIMIT * np.array(least)
+    return NO_FORCE * np.array(least)
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:

@@ -8,7 +8,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
-from blockstruct.structures.cut import cut
+from blockstruct.structures.bond import cut
 from blockstruct.structures.openings import QUARTER
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from blockstruct.geometry import polyhedron
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import check_total, checked_count, positive_length
-from blockstruct.structures.arch_profile import half_profile
+from blockstruct.structures.arch import half_profile
 from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
 from blockstruct.units import QuantityLike, si

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
+from blockstruct.text.numbers import LISTED
 from blockstruct.units import SI_UNITS
 from blockstruct.views.study_text import answer_cell, answer_title, folded_table, parameter_columns, status_cell
 from blockstruct.views.words import (
@@ -64,20 +65,17 @@ def model_text(model: bs.Model) -> str:
     points = np.concatenate([b.shape.vertices for b in model.blocks])
     x, y, z = np.ptp(points, axis=0)
     fixed = [b.name for b in model.blocks if b.fixed]
-    more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
     rollers = [f"{b.name} holds {', '.join(b.held)}" for b in model.blocks if b.is_roller]
     weight = sum(b.weight for b in model.blocks if not b.fixed)
     text = (
-        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({', '.join(fixed[:5])}{more})\n"
+        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({listed(fixed, LISTED)})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
     if rollers:
-        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers, 5).replace(', ', '; ')}"
+        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers, LISTED).replace(', ', '; ')}"
     if model.ties:
-        rest = len(model.ties) - 5
-        names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
-        text += f"\n{counted(len(model.ties), 'tie')}: {names}"
+        text += f"\n{counted(len(model.ties), 'tie')}: {listed([tie.name for tie in model.ties], LISTED)}"
     return text
 
 

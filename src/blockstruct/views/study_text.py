@@ -18,8 +18,7 @@ from blockstruct.views.selection import compasses
 #: Rows that a terminal shows; the store holds the rest.
 _SHOWN = 50
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
-_WHOLE = 1000
-_FOLDS = ((_WHOLE, _WHOLE), (12, _WHOLE), (12, 12), (8, 8), (4, 4))
+_FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
 #: Runs of a summary without a finite load factor.
 _NOT_FINITE = ("unstable", "unbounded", "unknown")
 #: Characters between columns.
@@ -80,14 +79,14 @@ class FoldedTable(Table):
         yield from super().__rich_console__(console, options.update_width(max(needed, options.max_width)))
 
 
-def _width(column: Column, of_texts: int, of_titles: int) -> int:
+def _width(column: Column, of_texts: float, of_titles: float) -> int:
     """Return the width of a column whose texts, or titles of numbers, fold at a number of characters."""
     cells, title = [str(cell) for cell in column.cells], str(column.header)
     if column.justify == "left":
-        return min(max(map(len, [title, *cells])), of_texts)
-    if of_titles < _WHOLE:
+        return int(min(max(map(len, [title, *cells])), of_texts))
+    if of_titles < math.inf:
         cells, title = [word for cell in cells for word in cell.split()], max(title.split(), key=len)
-    return max([min(len(title), of_titles), *map(len, cells)])
+    return int(max([min(len(title), of_titles), *map(len, cells)]))
 
 
 def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) -> Table:

@@ -37,6 +37,8 @@ DISPLACEMENT = (STONE, "#8fc1de", "#2f86c1", "#0a4f86")
 BODY_COLOURS = ("#56b4e9", "#e69f00", "#4dbd95", "#d79ac0", "#f0e442", "#7f9fd4", "#e2865a", "#a3a3a3")
 #: Largest drawn displacement of a mechanism, and longest arrow, relative to the largest extent of the structure.
 AMPLITUDE, ARROW = 0.08, 0.16
+#: Width of the lines of joints and ties, points.
+LINE = 2.0
 #: Measures of a certificate, and their lines.
 MEASURES = {
     "equilibrium_residual": ("equilibrium residual", "#0072b2", "o"),

@@ -10,22 +10,20 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import Collection, LineCollection, PolyCollection
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.textpath import TextPath
 
 import blockstruct as bs
 from blockstruct.views.figures.bodies import Lines, bodies
 from blockstruct.views.solids import Solids, TieLines
-from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, STONE, SUPPORT, TIE, TIE_COLOURS
+from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
 from blockstruct.views.view import View, round_value
 
 Array = npt.NDArray[np.float64]
 
-#: Width of the line of a tie, points.
-_TIE = 2.2
 #: Width of the shaft of the longest arrow, relative to its length; width of the shortest, relative to that.
 _SHAFT, _SHORTEST = 0.05, 0.3
-#: Width of a legend key with its gap, and of a letter of its text, inches.
-_KEY, _LETTER = 0.5, 0.06
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,14 +102,14 @@ class Canvas:
         seen = self.view.project(ends)
         colours = [TIE] * len(ends) if states is None else [TIE_COLOURS[state] for state in states]
         # A white margin separates the line from edges next to it.
-        self.add(LineCollection(list(seen), colors="white", linewidths=_TIE + 1.6, capstyle="round"))
-        self.add(LineCollection(list(seen), colors=colours, linewidths=_TIE, capstyle="round"))
+        self.add(LineCollection(list(seen), colors="white", linewidths=LINE + 1.6, capstyle="round"))
+        self.add(LineCollection(list(seen), colors=colours, linewidths=LINE, capstyle="round"))
         ends_of = self.ax.scatter(*seen.reshape(-1, 2).T, s=9, c=np.repeat(colours, 2), marker="s", clip_on=False)
         ends_of.set_zorder(len(self.ax.collections))
         named = (
             {"tie": TIE} if states is None else {f"tie, {state}": TIE_COLOURS[state] for state in sorted(set(states))}
         )
-        return {name: Line2D([], [], color=colour, lw=_TIE) for name, colour in named.items()}
+        return {name: Line2D([], [], color=colour, lw=LINE) for name, colour in named.items()}
 
     def text(self, point: Array, text: str, **style: Any) -> None:
         """Write a text at a point (3,)."""
@@ -186,19 +184,22 @@ def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequenc
         handles, labels = ax.get_legend_handles_labels()
     if not handles:
         return
-    # An entry takes about 1.6 inches, or more if its text is long.
-    entry = max(1.6, _KEY + _LETTER * max(map(len, labels)))
-    columns = max(1, int(ax.get_position(original=True).width * ax.get_figure(root=True).get_size_inches()[0] / entry))  # type: ignore[union-attr]
+    size, spacing = FontProperties(size="small").get_size_in_points(), 1.4
+    rc = plt.rcParams
+    key = (rc["legend.handlelength"] + rc["legend.handletextpad"] + spacing) * size
+    entry = key + max(TextPath((0, 0), label, size=size).get_extents().width for label in labels)
+    figure = ax.get_figure(root=True)
+    width = ax.get_position(original=True).width * figure.get_size_inches()[0]  # type: ignore[union-attr]
     ax.legend(
         handles,
         labels,
-        ncols=columns,
+        ncols=max(1, int(72 * width / entry)),
         loc="lower left",
         bbox_to_anchor=(0, 1.01),
         borderaxespad=0,
         frameon=False,
         fontsize="small",
-        columnspacing=1.4,
+        columnspacing=spacing,
     )
 
 

@@ -10,20 +10,20 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.text import SMALL
 from blockstruct.views.figures.bodies import Lines
 from blockstruct.views.figures.canvas import Canvas, legend_above, stones
 from blockstruct.views.selection import application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, STATE_COLOURS, UTILISATION, parts
+from blockstruct.views.style import ACCENT, FORCE, LINE, STATE_COLOURS, UTILISATION, parts
 from blockstruct.views.view import View
 
 Array = NDArray[np.float64]
 
-_DASH, _WIDTH, _BAR = 2.5, 2.0, 3.2
+#: Length of a dash, in widths of its line.
+_DASH = 2.5
 #: Distance of dimension lines from the structure, relative to its size.
 _OFF = 0.06
-#: Length on the page, relative to the size, below which an edge points at the reader and has no dimension.
-_VISIBLE = 0.02
 _LINE: Any = {"arrowstyle": "<->", "color": "0.35", "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
 
 
@@ -110,7 +110,7 @@ def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any
     line = np.array([line for line, _, _ in drawn], dtype=int)
     colours = to_rgba_array([STATE_COLOURS[part] for _, part, _ in drawn])
     handles = {state.replace(" + ", ", "): _handle(parts(state)) for state in moving}
-    return Lines(ends[line], interface[line], colours, _WIDTH, [dash for _, _, dash in drawn]), handles
+    return Lines(ends[line], interface[line], colours, LINE, [dash for _, _, dash in drawn]), handles
 
 
 def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
@@ -129,7 +129,7 @@ def _dash(k: int, n: int) -> Any:
 
 def _handle(single: list[str]) -> Any:
     lines = tuple(
-        Line2D([], [], color=STATE_COLOURS[p], lw=_WIDTH, ls=_dash(k, len(single)), dash_capstyle="butt")
+        Line2D([], [], color=STATE_COLOURS[p], lw=LINE, ls=_dash(k, len(single)), dash_capstyle="butt")
         for k, p in enumerate(single)
     )
     return lines if len(lines) > 1 else lines[0]
@@ -146,8 +146,8 @@ def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, An
     line = np.flatnonzero(np.isfinite(used[interface]))
     # Above the scale, the colour of full utilisation.
     colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[interface[line]]
-    handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=FORCE, lw=_WIDTH)} if full.any() else {}
-    return Lines(ends[line], interface[line], colours, _WIDTH, ["-"] * len(line)), handles
+    handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=FORCE, lw=LINE)} if full.any() else {}
+    return Lines(ends[line], interface[line], colours, LINE, ["-"] * len(line)), handles
 
 
 def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
@@ -170,10 +170,10 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
     bars = (ends[:, :1] + span[..., None] * vector[:, None])[line]
     crushes = np.array([bs.vocabulary.ContactState.CRUSHING in s for s in shown_states(result, iteration)], dtype=bool)
     colours = np.where(crushes[interface[line], None], to_rgba_array(FORCE), to_rgba_array(ACCENT))
-    handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=_BAR)}
+    handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=LINE)}
     if crushes.any():
-        handles["of a joint that crushes"] = Line2D([], [], color=FORCE, lw=_BAR)
-    return Lines(bars, interface[line], colours, _BAR, ["-"] * len(line)), handles
+        handles["of a joint that crushes"] = Line2D([], [], color=FORCE, lw=LINE)
+    return Lines(bars, interface[line], colours, LINE, ["-"] * len(line)), handles
 
 
 def dimensions(model: bs.Model, *, look: Any = None, ax: Axes | None = None) -> Axes:
@@ -201,7 +201,8 @@ def dimensions(model: bs.Model, *, look: Any = None, ax: Axes | None = None) -> 
         end = start.copy()
         end[axis] = low[axis] + high[axis] - start[axis]
         ends = view.project(np.array([start, end]))
-        if np.linalg.norm(ends[1] - ends[0]) < _VISIBLE * size:
+        # Such an edge points at the reader.
+        if np.linalg.norm(ends[1] - ends[0]) < SMALL * size:
             continue
         ends += _OFF * size * (np.array([1.0, 0.0]) if axis == 2 else np.array([0.0, -1.0]))
         ax.annotate("", ends[0], ends[1], arrowprops=_LINE, annotation_clip=False)

@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
+from blockstruct.text import SMALL
 from blockstruct.units import readable, short_unit
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.study_text import out_of_the_ordinary
 from blockstruct.views.style import ACCENT, FORCE, GHOST
 
-#: Contribution, relative to the largest, below which a bar is too small to see.
-_SEEN = 1e-3
 _SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
 _SYMBOLS = {"compressive_strength": "compressive strength f_c", "friction_coefficient": "friction coefficient μ"}
 
@@ -105,7 +104,7 @@ def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> A
         raise bs.errors.ModelError(msg)
     ax = new_axes(ax)
     size = np.abs(scatter["contribution"].to_numpy())
-    shown = scatter.isel(interface=slice(0, min(most, int((size > _SEEN * size.max(initial=0.0)).sum()))))
+    shown = scatter.isel(interface=slice(0, min(most, int((size > SMALL * size.max(initial=0.0)).sum()))))
     alpha, change = float(scatter["load_factor"]), shown["contribution"].to_numpy()
     rows = np.arange(len(change))
     ax.barh(rows, change, left=alpha, height=0.7, color=ACCENT, label="μ + σ")
