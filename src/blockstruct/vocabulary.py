@@ -88,6 +88,11 @@ class Status(StrEnum):
         return self in (Status.CONVERGED, Status.STANDS, Status.COLLAPSES)
 
     @property
+    def is_of_dead_load(self) -> bool:
+        """Whether the last iteration shows how the structure falls under its dead load."""
+        return self in (Status.UNSTABLE, Status.SELF_STRESS)
+
+    @property
     def words(self) -> str:
         """The status in words; underscores are for files and programs."""
         return in_words(self.value)

@@ -107,6 +107,20 @@ def solve(
     return bs.AnalysisManager(model, settings=settings_of(**settings)).run([case])["case"]
 
 
+def kept(model: bs.Model, case: bs.model.Case, folder: Path) -> bs.Analysis:
+    """The analysis of a case from a file, after checks that files and documents keep the model and the result."""
+    ran, stored = bs.run(model, case, folder / "kept.h5", progress=False), bs.open_analysis(folder / "kept.h5")
+    assert stored[case.name].history.identical(ran[case.name].history)
+    assert bs.results.contradictions(stored) == []
+    order = [i.name for i in model.interfaces]
+    for name in ("kept.yaml", "kept.json"):
+        read = bs.read_document(bs.write_document(folder / name, model, [case])).model
+        # Documents list interfaces by their joint material.
+        interfaces = sorted(read.interfaces, key=lambda i: order.index(i.name))
+        assert bs.Model(read.name, read.blocks, interfaces).hash == stored.model.hash == model.hash
+    return stored
+
+
 def seal_again(path: Path) -> None:
     """Seal a file after a change, as who damages it on purpose would."""
     content = path.read_bytes()

@@ -19,7 +19,7 @@ from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import ContactPoints, Division, Statics, multiple_of_uniform_friction
 from blockstruct.text import NoteCode, effect_note, torsion_note
-from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, random_frame, rotation
+from structures import SELF_WEIGHT, STONE, box, kept, model_of, moved, push, random_frame, rotation
 
 FRICTION, HEIGHT = 0.6, 0.5
 CORNERS, UNIFORM = np.sqrt(2) / 2, (np.sqrt(2) + np.arcsinh(1)) / 6
@@ -428,17 +428,10 @@ def test_joints_without_torsion_have_no_note():
 
 
 def test_files_documents_and_hashes_keep_it(tmp_path):
-    model = block()
-    case = bs.LimitCase("case", SELF_WEIGHT, COUPLE)
-    analysis = bs.run(model, case, tmp_path / "twist.h5")
-    read = bs.open_analysis(tmp_path / "twist.h5")
-    assert read.model.joint_materials["joint"] == model.joint_materials["joint"]
-    assert read["case"].history.identical(analysis["case"].history)
-    assert read["case"].history["torsion_lever"].to_numpy() == pytest.approx([UNIFORM])
-    assert bs.results.contradictions(read) == []
-    bs.write_document(tmp_path / "twist.yaml", model, [case])
-    assert bs.read_document(tmp_path / "twist.yaml").model.hash == model.hash != block("corners").hash
-    joint = model.joint_materials["joint"]
+    stored = kept(block(), bs.LimitCase("case", SELF_WEIGHT, COUPLE), tmp_path)
+    assert stored["case"].history["torsion_lever"].to_numpy() == pytest.approx([UNIFORM])
+    assert stored.model.hash != block("corners").hash
+    joint = stored.model.joint_materials["joint"]
     assert joint.varied(friction_coefficient=0.3).torsion == "uniform pressure"
 
 

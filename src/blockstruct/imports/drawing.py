@@ -194,21 +194,21 @@ def drawing_content(  # noqa: PLR0913
         raise ModelError(msg)
     check_expansion(drawing, path, DEPTH)
     frozen = frozenset(layer.dxf.name.lower() for layer in drawing.layers if layer.is_frozen())
-    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen)
+    fixed_layers = {supports} if isinstance(supports, str) else set(supports)
+    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen, material, fixed_layers)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
     # DXF ignores the case of layer names, and entities may be on layers outside the table.
     listed = {name.lower(): name for name in layers}
     entities = [(e, listed.get(name.lower(), name), h) for e, name, h in _entities(drawing.modelspace(), reading)]
     known = {*layers, *(layer for _, layer, _ in entities)}
-    materials = material if isinstance(material, Mapping) else None
-    fixed_layers = {supports} if isinstance(supports, str) else set(supports)
-    check_layers({*(materials or ()), *fixed_layers}, known, path)
+    of_layers = material if isinstance(material, Mapping) else known
+    check_layers({*of_layers, *fixed_layers}, known, path)
     for entity, layer, handle in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
         elif entity.dxf.get("invisible", 0):
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is hidden", handle)
-        elif materials is not None and layer not in materials:
+        elif layer not in of_layers:
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
         else:
             reading.add(entity, layer, handle)
@@ -218,19 +218,7 @@ def drawing_content(  # noqa: PLR0913
         faces = [tuple(range(a, a + len(c))) for a, c in zip(starts.tolist(), corners, strict=False)]
         reading.add_body(layer, np.concatenate(corners), faces)
     checked_faces(sum(len(body.faces) for body in reading.bodies), path)
-    solids = []
-    for body in reading.bodies:
-        stone: Any = material if materials is None else materials[body.layer]
-        solids.append(Solid(body.name, body.vertices, body.faces, stone, body.layer in fixed_layers))
-    return Content(solids, reading.left_out.texts("handle "), reading.repairs, notes)
-
-
-@dataclass(frozen=True, slots=True)
-class _Body:
-    layer: str
-    name: str
-    vertices: Array
-    faces: list[Face]
+    return Content(reading.bodies, reading.left_out.texts("handle "), reading.repairs, notes)
 
 
 @dataclass(slots=True)
@@ -244,7 +232,9 @@ class _Reading:
     segments: int | None
     closing: float | None
     frozen: frozenset[str]
-    bodies: list[_Body] = field(default_factory=list)
+    material: Material | Mapping[str, Material]
+    supports: set[str]
+    bodies: list[Solid] = field(default_factory=list)
     count: Counter[str] = field(default_factory=Counter)
     loose: dict[str, list[Array]] = field(default_factory=dict)
     repairs: list[Repair] = field(default_factory=list)
@@ -271,7 +261,8 @@ class _Reading:
         """Add a body with the next number of its layer; return its name."""
         self.count[layer] += 1
         name = f"{layer}.{self.count[layer]}"
-        self.bodies.append(_Body(layer, name, vertices, faces))
+        stone = self.material[layer] if isinstance(self.material, Mapping) else self.material
+        self.bodies.append(Solid(name, vertices, faces, stone, layer in self.supports))
         return name
 
     def _add(self, entity: Any, layer: str, handle: str) -> None:

@@ -132,12 +132,9 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        If the length is not above zero, or outside the range of buildings.
+        If the length is outside the range of buildings.
     """
     length = si(value, "length", what)
-    if length <= 0:
-        msg = f"{what} {length:.6g} m; give a length above zero"
-        raise ModelError(msg)
     if not SHORTEST <= length <= LONGEST:
         msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, and check its unit"
         raise ModelError(msg)

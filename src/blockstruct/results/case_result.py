@@ -45,8 +45,6 @@ _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Sta
 _OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
 #: Figures of a result.
 _KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
-#: Statuses whose last iteration shows how the structure falls under its dead load.
-_FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +231,7 @@ class CaseResult:
     def message(self) -> str:
         """Why the case ended with its status, without a full stop."""
         text = why(self.outcome, self.answer, self.hung)
-        if self.status in _FALLS and self.n_iterations:
+        if self.status.is_of_dead_load and self.n_iterations:
             text += failures(self.history)
         return f"{text}; {self.damage}" if self.damage else text
 
@@ -501,6 +499,11 @@ class CaseResult:
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
         return "" if plain else pushed_masses(self.model, self.case)
 
+    @property
+    def _moves(self) -> bool:
+        """Whether the last iteration has a mechanism."""
+        return self.n_iterations > 0 and bool(np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all())
+
     def plot(self, kind: str = "", **options: Any) -> Any:
         """Draw the result and return the Axes.
 
@@ -520,8 +523,7 @@ class CaseResult:
         MissingExtraError
             Without the extra ``viz``.
         """
-        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        kind = kind or ("mechanism" if moves else "structure")
+        kind = kind or ("mechanism" if self._moves else "structure")
         if kind not in _KINDS:
             msg = f"case {self.name!r}: no figure {shown(kind)}; give one of {', '.join(_KINDS)}"
             raise ModelError(msg)
@@ -533,8 +535,7 @@ class CaseResult:
 
         They give the number, notes, moving bodies, failing joints and ties.
         """
-        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        motion = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
+        motion = describe(self.model, self.history, self.case.dead, self.status) if self._moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
         if self.curve_ended:
@@ -556,6 +557,6 @@ class CaseResult:
 
     def __str__(self) -> str:
         text = self.headline.text()
-        if self.status in _FALLS and self.n_iterations:
+        if self.status.is_of_dead_load and self.n_iterations:
             text += failures(self.history)
         return "\n".join([f"{self.name}: {text}", *(f"  warning: {text}" for text in self.warnings)])

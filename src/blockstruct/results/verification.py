@@ -37,8 +37,7 @@ Array = NDArray[np.float64]
 _AT_ONCE = 100_000
 #: Difference of coordinates and strengths between history and model, relative to their size, that rounding explains.
 _SAME = 1e-9
-#: Statuses with a final state under a share of the dead load alone.
-_OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
+#: Stages under the dead load alone.
 _PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
 
@@ -166,7 +165,7 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     if stored.holds != again.holds:
         says, has = ("holds" if c.holds else "does not hold" for c in (stored, again))
         yield f"the stored certificate {says}, the recomputed one {has}"
-    if result.status in (Status.CONVERGED, *_OF_DEAD_LOAD) and not again.holds:
+    if (result.status is Status.CONVERGED or result.status.is_of_dead_load) and not again.holds:
         yield f"{result.status.words}, but the certificate of the final state does not hold"
     numerics = result.settings.numerics
     whole = state.alpha >= 1 - max(numerics.gap_tolerance, numerics.equilibrium_tolerance)
@@ -198,7 +197,7 @@ def _status(result: CaseResult) -> Iterator[str]:
             yield "unbounded, but it has a certificate of a collapse state"
     elif not np.isnan(alpha):
         yield f"{result.status.words}, but its load factor is {alpha:.6g}"
-    if result.status in _OF_DEAD_LOAD and stage not in _PROGRAMS_OF_DEAD_LOAD:
+    if result.status.is_of_dead_load and stage not in _PROGRAMS_OF_DEAD_LOAD:
         yield f"{result.status.words}, but its last iteration is not a dead-load program"
 
 

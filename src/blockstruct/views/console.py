@@ -96,7 +96,7 @@ def result_text(result: bs.CaseResult) -> Text:
         text.append(f"  {sentence}\n")
     if c is None:
         return text
-    if result.status in (bs.Status.UNSTABLE, bs.Status.SELF_STRESS):
+    if result.status.is_of_dead_load:
         return text.append(f"  proof of the mechanism {'holds' if c.holds else 'does not hold'}\n")
     return text.append(indent(f"{c}\n", "  "))
 
