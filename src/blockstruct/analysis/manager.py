@@ -193,8 +193,8 @@ class AnalysisManager:
             If another run writes to the store, or the store holds the iterations of a killed run. Raised before
             anything is solved. Also if the disk is full; committed data are kept.
         """
-        given = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
-        runs = runs_of(given, self.settings, schedules_of(spread))
+        located = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
+        runs = runs_of(located, self.settings, schedules_of(spread))
         started_at = now()
         planned = {
             run.case.name: planned_result(run, self.statics, problem, started_at)
@@ -330,13 +330,13 @@ class AnalysisManager:
         place: tuple[int, int],
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
-        own = problem.at_unit_load
-        solver = ReplaySolver(statics, own, before.history, solver_of(settings))
+        scaled = problem.at_unit_load
+        solver = ReplaySolver(statics, scaled, before.history, solver_of(settings))
         made_by = before.versions if before.n_iterations else ()
         solved = (
-            solve_dead_load(own, settings, solver)
+            solve_dead_load(scaled, settings, solver)
             if isinstance(case, RecordCase)
-            else solve_limit_case(own, case.flow, settings, solver)
+            else solve_limit_case(scaled, case.flow, settings, solver)
         )
         steps = solver.follow(solved)
         iterations: list[Iteration] = []
@@ -374,15 +374,15 @@ class AnalysisManager:
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)
-        own = division == Division(self.settings.crushing_cells, self.statics.points.divided)
-        return self.statics if own else Statics.of(self.model, division)
+        is_same = division == Division(self.settings.crushing_cells, self.statics.points.divided)
+        return self.statics if is_same else Statics.of(self.model, division)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:
     """Issue the warnings of results, each text once."""
-    said = dict[str, str]()
+    cases_of_text = dict[str, str]()
     for result in results:
         for text in result.warnings:
-            said.setdefault(text, result.name)
-    for text, name in said.items():
+            cases_of_text.setdefault(text, result.name)
+    for text, name in cases_of_text.items():
         warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)

@@ -87,8 +87,8 @@ def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners:
     if result.response is not None:
         k, last = beginning_of(result.response)
         count = k + 1
-        own = result.response["state_of_contact"] <= k
-        pieces.append(arrays_of_response(result.response.isel(time=slice(count), contact=own.to_numpy())))
+        is_kept = result.response["state_of_contact"] <= k
+        pieces.append(arrays_of_response(result.response.isel(time=slice(count), contact=is_kept.to_numpy())))
     going = respond(statics, case, last)
     outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
     states: list[RecordState] = []

@@ -193,16 +193,16 @@ class LeastTieForce:
         # The residual force of a tie that is not needed is the solver's rounding.
         rounded = {name: force if force > _ROUNDING * self.total else 0.0 for name, force in self.forces.items()}
         each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
-        said = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
+        text = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
         if self.flow is Flow.NONASSOCIATIVE:
-            said += "; with associative flow: without dilatancy these ties may carry less, run the case with them"
+            text += "; with associative flow: without dilatancy these ties may carry less, run the case with them"
         if self.governing == "dead load":
-            said += "; the dead load alone asks for them"
+            text += "; the dead load alone asks for them"
         if self.proven:
-            return said
+            return text
         if self.governing == "both":
-            return f"{said}; not proven, the dead load alone asks for others than the load factor: a smaller sum may do"
-        return f"{said}; not proven, the certificate does not hold"
+            return f"{text}; not proven, the dead load alone asks for others than the load factor: a smaller sum may do"
+        return f"{text}; not proven, the certificate does not hold"
 
 
 def least_tie_force(
@@ -247,24 +247,24 @@ def least_tie_force(
     if isinstance(load_factor, bool) or not isinstance(load_factor, Real) or not 0 < load_factor < np.inf:
         msg = f"least_tie_force: load factor {shown(load_factor)}; give a number above zero"
         raise ModelError(msg)
-    given = checked_tuple(ties, AnyTie | str, "least_tie_force: ties")
-    own = {tie.name: tie for tie in model.ties} | {tie.name: tie for tie in given if not isinstance(tie, str)}
-    names = list(dict.fromkeys(tie if isinstance(tie, str) else tie.name for tie in given))
-    unknown = [name for name in names if name not in own]
+    requested = checked_tuple(ties, AnyTie | str, "least_tie_force: ties")
+    by_name = {tie.name: tie for tie in model.ties} | {tie.name: tie for tie in requested if not isinstance(tie, str)}
+    names = list(dict.fromkeys(tie if isinstance(tie, str) else tie.name for tie in requested))
+    unknown = [name for name in names if name not in by_name]
     if unknown or not names:
         which = ", ".join(map(repr, unknown)) or "at all"
-        msg = f"least_tie_force: no tie {which}; the model has {', '.join(own) or 'none'}"
+        msg = f"least_tie_force: no tie {which}; the model has {', '.join(by_name) or 'none'}"
         raise UnknownNameError(msg)
-    bars = [name for name in names if isinstance(own[name], BondedBar)]
+    bars = [name for name in names if isinstance(by_name[name], BondedBar)]
     if bars:
         msg = f"least_tie_force: the force of a bonded bar, {', '.join(bars)}, is not one; give ties or strips"
         raise ModelError(msg)
-    statics = Statics.of(model.with_ties(own.values()), Division(settings.crushing_cells))
+    statics = Statics.of(model.with_ties(by_name.values()), Division(settings.crushing_cells))
     problem = LimitProblem.of(statics, case)
     sought = np.isin(np.array(statics.ties.name), names)
-    found = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))
-    force = found.tie_force * problem.ties.force_unit
-    c = found.certificate
+    least = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))
+    force = least.tie_force * problem.ties.force_unit
+    c = least.certificate
     beyond_prestress = float((force - statics.ties.prestress)[sought].sum())
     rounding = settings.numerics.yield_tolerance * float(problem.wrench_unit.sum())
     needed = beyond_prestress > rounding
@@ -276,7 +276,7 @@ def least_tie_force(
         flow=case.flow,
         forces={name: forces[name] for name in names},
         certificate=c if needed else None,
-        proven=c.holds and found.least if needed else c.admissible,
-        solver_status=found.solver_status,
-        governing=found.governing,
+        proven=c.holds and least.least if needed else c.admissible,
+        solver_status=least.solver_status,
+        governing=least.governing,
     )

@@ -180,12 +180,12 @@ def outline(group: h5py.Group) -> Outline:
             # Units are compared as they stand: a text from a file is never given to a parser.
             units = {"units": str(attrs["units"])} if "units" in attrs else {}
             lines[name], variables[name] = {"dims": _dimensions(item, names), "kind": kind, **units}, (item, attrs)
-    found = {
+    content = {
         "attrs": _attributes(file),
         "variables": lines,
         "groups": {name: {} for name, item in members.items() if not isinstance(item, h5py.h5d.DatasetID)},
     }
-    return Outline(found, variables)
+    return Outline(content, variables)
 
 
 def _is_bare(item: h5py.h5d.DatasetID) -> bool:
@@ -228,27 +228,27 @@ def _dimensions(item: h5py.h5d.DatasetID, names: Mapping[int, str]) -> list[str]
     """Return the names of the scales of a variable in its own group, which are found by their address."""
     if item.rank == 1 and h5py.h5ds.is_scale(item):
         return [names[_address(item)]]
-    found = []
+    dims = []
     for k, size in enumerate(item.shape):
         scales: list[h5py.h5d.DatasetID] = []
         if h5py.h5ds.get_num_scales(item, k):
             h5py.h5ds.iterate(item, k, scales.append)
         fits = bool(scales) and scales[0].shape == (size,)
-        found.append(names.get(_address(scales[0]), "?") if fits else "?")
-    return found
+        dims.append(names.get(_address(scales[0]), "?") if fits else "?")
+    return dims
 
 
 def _bytes_of_texts(item: h5py.h5d.DatasetID, most: int, file_size: int) -> int:
     """Return the bytes of the texts of a list; counted until they are more than the given number."""
-    found = 0
+    total = 0
     if most >= 0 and item.rank == 1:
         # Many elements can point to one long text.
         step, ds = max(1, _CHUNK // file_size), h5py.Dataset(item)
         for start in range(0, len(ds), step):
-            found += sum(map(len, ds[start : start + step]))
-            if found > most:
+            total += sum(map(len, ds[start : start + step]))
+            if total > most:
                 break
-    return found
+    return total
 
 
 def _address(item: Any) -> int:
