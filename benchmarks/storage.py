@@ -21,7 +21,7 @@ import xarray as xr
 from wall_40x60 import peak_memory, wall
 
 import blockstruct as bs
-from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.manager import Recorder
 from blockstruct.limit import LimitProblem, Outcome
 from blockstruct.results import history_of
 from blockstruct.statics import Statics

@@ -33,7 +33,7 @@ MAY_IMPORT = {
     "solvers": {"limit"} | GROUND,
     "procedures": {"limit", "solvers"} | GROUND,
     "motion": {"solvers", "limit", "statics", "model"} | GROUND,
-    "text": {"motion", "limit", "model"} | GROUND,
+    "text": {"motion", "limit", "statics", "model"} | GROUND,
     "results": {"text", "motion", "limit", "statics", "model"} | GROUND,
     "assess": {"views", "analysis", "results", "text", "solvers", "limit", "statics", "model"} | GROUND,
     "storage": {"results", "motion", "limit", "model", "geometry"} | GROUND,

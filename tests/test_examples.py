@@ -134,6 +134,13 @@ def test_examples_are_short():
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
 
 
+@pytest.mark.slow
+def test_sinking_abutment(tmp_path):
+    """Its curve takes ten seconds, most of them for the fall."""
+    assert load("sinking_abutment").main(tmp_path) == pytest.approx(1.876, rel=5e-3)
+    assert (tmp_path / "sinking_abutment.png").is_file()
+
+
 def test_settlement(capsys):
     ranges = load("settlement").main()
     assert ranges["left abutment spreads"] == pytest.approx((8.255, 10.69), rel=1e-3)

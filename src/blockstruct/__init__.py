@@ -46,27 +46,11 @@ _MODULES = {
     if isinstance(node, ast.ImportFrom)
     for name in node.names
 }
-#: Names that scripts may know from the top, by the namespace that lists them.
-_LISTED_ELSEWHERE = {
-    name: f"{__name__}.{namespace}"
-    for namespace, names in {
-        "analysis": "log_to",
-        "contacts": "Detection",
-        "documents": "Document write_draft",
-        "limit": "Certificate SCHEDULES",
-        "results": "Spread compare",
-        "structures": "Opening Sidewall arch_on_piers barrel_vault column cross_vault dome pier_spandrel stack tilted",
-        "analysis.ties": "least_tie_force",
-        "units": "ureg",
-        "vocabulary": "ContactState JointOrientation PathEnd Procedure Reason SolverStatus Stage",
-    }.items()
-    for name in names.split()
-}
 __all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    module = _MODULES.get(name, _LISTED_ELSEWHERE.get(name, __name__))
+    module = _MODULES.get(name, __name__)
     if module != __name__:
         return getattr(import_module(module), name)
     try:

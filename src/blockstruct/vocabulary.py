@@ -177,6 +177,8 @@ class CurveEnd(StrEnum):
     FALLS = "falls"
     #: No forces are found that hold the blocks, or the push meets what it cannot move.
     NOT_SOLVED = "not_solved"
+    #: The supports have reached the displacement of their case.
+    DISPLACEMENT_REACHED = "displacement_reached"
     #: The largest number of states was reached.
     LIMIT_REACHED = "limit_reached"
     #: The control point does not move in the collapse mechanism.

@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import blockstruct as bs
-from blockstruct.analysis import CaseStarted
 
 
 class Terminal(io.StringIO):
@@ -86,14 +85,6 @@ def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, mo
     analysis = bs.run(small_model, small_cases)
     count = analysis["push nonassociative"].n_iterations
     assert shown == [f"case 2 of 2, push nonassociative: converged after {count} numerical iterations"]
-
-
-def test_events_count_the_cases(small_model, small_cases):
-    events = []
-    manager = bs.AnalysisManager(small_model, listeners=[events.append])
-    manager.run(small_cases)
-    started = [(e.number, e.count) for e in events if isinstance(e, CaseStarted)]
-    assert started == [(1, 2), (2, 2)]
 
 
 def test_other_words_are_refused(small_model):

@@ -144,24 +144,12 @@ def test_comparisons_compare_reactions(stored, model, tmp_path):
 
 def test_differences_of_reactions_have_their_units(stored, call):
     analysis, folder = stored
-    turned, down = (analysis[name].reaction for name in ("left turns", "left goes down"))
-    said = str(bs.results.compare(analysis, analysis))
-    assert f"left goes down: converged {down.m_as('kN'):.8g} kN, other converged {down.m_as('kN'):.8g} kN," in said
-    assert f"left turns: converged {turned.m_as('kN m'):.8g} kN·m, other" in said
-    assert f"push: converged {analysis['push'].load_factor:.8g}, other converged" in said
     assert bs.results.compare(analysis, analysis).cases["unit"].to_list() == ["N", "N·m", ""]
     tables = bs.Archive(folder).difference(bs.Archive(folder))
     assert tables.droplevel("path")["unit_other"].to_dict() == {"left goes down": "N", "left turns": "N·m", "push": ""}
     code, out, _ = call("diff", folder, folder)
     assert code == 0
     assert "N·m" in out
-
-
-def test_a_case_of_one_analysis_alone_has_no_unit_in_the_other(stored):
-    analysis, _ = stored
-    alone = analysis.replaced(results={"push": analysis["push"]})
-    assert "left goes down: converged" in str(bs.results.compare(analysis, alone))
-    assert bs.results.compare(alone, analysis).cases["unit"].to_list() == ["", "", ""]
 
 
 def test_documents_keep_settlements(model, tmp_path):
@@ -215,26 +203,3 @@ def test_a_limit_case_has_no_reaction(stored):
     for name in ("reaction", "reaction_range"):
         with pytest.raises(bs.errors.ModelError, match="'push': has a load factor and no reaction"):
             getattr(analysis["push"], name)
-
-
-def test_texts_say_reaction(stored):
-    analysis, _ = stored
-    result = analysis["left goes down"]
-    assert result.outcome.procedure == "loading path"
-    assert "20.57 kN" in str(result)
-    assert repr(result).endswith("reaction 20.57 kN>")
-    assert "kN·m" in str(analysis["left turns"])
-    for text in (str(result), repr(result), result.describe()):
-        assert "load factor" not in text
-
-
-def test_tables_and_progress_tell_reactions(model, capsys):
-    """A load factor of a settlement is none of its answers."""
-    analysis = bs.run(model, bs.SettlementCase("sinks", SELF_WEIGHT, ["left"], "-z"), progress=True)
-    result, table = analysis["sinks"], analysis._repr_html_()
-    assert f">{result.answer.text(result.load_factor, 6)}<" in table
-    assert "<th>reaction</th>" in table
-    assert "load factor" not in table
-    said = capsys.readouterr().err
-    assert "reaction 0." in said
-    assert "load factor" not in said

@@ -140,9 +140,7 @@ def fill(layout, content):
 STONES = [("stone", [(None, 1, 1)])]
 DRAWINGS = {
     "inserts upon inserts": lambda: dxf(
-        *STONES,
-        *((f"b{k}", [(f"b{k - 1}" if k else "stone", 1, 1)] * 10) for k in range(15)),
-        inserts=[("b14", 1, 1)],
+        *STONES, *((f"b{k}", [(f"b{k - 1}" if k else "stone", 1, 1)] * 10) for k in range(15)), inserts=[("b14", 1, 1)]
     ),
     "empty inserts upon inserts": lambda: dxf(
         ("stone", []),

@@ -80,13 +80,7 @@ MAKE = {
     ),
     "Interface": (
         bs.Interface,
-        {
-            "name": "i",
-            "minus": "a",
-            "plus": "b",
-            "polygon": Q_(INTERFACES[0].polygon, "m"),
-            "joint_material": JOINT,
-        },
+        {"name": "i", "minus": "a", "plus": "b", "polygon": Q_(INTERFACES[0].polygon, "m"), "joint_material": JOINT},
     ),
     "BodyForce": (bs.BodyForce, {"direction": (1, 0, 0), "share": 0.5}),
     "PointLoad": (bs.PointLoad, {"block": "b", "point": ["0 m"] * 3, "force": ["1 kN"] * 3}),
@@ -112,10 +106,7 @@ MAKE = {
     "Moment": (bs.Moment, {"block": "b", "moment": ["1 kN*m"] * 3}),
     "LoadPattern": (bs.LoadPattern, {"name": "p", "loads": [bs.SelfWeight()]}),
     "LimitCase": (bs.LimitCase, {"name": "c", "dead": DEAD, "variable": PUSH, "flow": "associative"}),
-    "Model": (
-        bs.Model,
-        {"name": "m", "blocks": [BASE, BLOCK], "interfaces": INTERFACES, "detection": None},
-    ),
+    "Model": (bs.Model, {"name": "m", "blocks": [BASE, BLOCK], "interfaces": INTERFACES, "detection": None}),
     "detect_interfaces": (
         bs.detect_interfaces,
         {

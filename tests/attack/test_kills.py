@@ -13,7 +13,8 @@ import pytest
 
 import blockstruct as bs
 import studied
-from blockstruct.analysis import IterationDone, StepDone
+from blockstruct import Q_
+from blockstruct.analysis import IterationDone, StateDone, StepDone
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, check_survivors, killed, recover, resume, run, wall
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -89,36 +90,48 @@ def pushover():
     return model, bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=20)
 
 
-def pushed(path, report):
+def record():
+    """A block that rocks under a pulse."""
+    pulse = Q_(np.repeat([0.45, 0.0], [4, 8]), "g_0")
+    case = bs.RecordCase("shaken", SELF_WEIGHT, pulse, "0.05 s", "+x", interval="25 ms")
+    return model_of(*single_block(0.4, 1.2, mu=0.7)), case
+
+
+def moved(path, report, motion):
     def tell(event):
-        if isinstance(event, StepDone):
+        if isinstance(event, StepDone | StateDone):
             report.send(event.index)
 
-    model, case = pushover()
+    model, case = motion()
     manager = bs.AnalysisManager(model, path, listeners=[tell])
     report.send("begun")
     manager.run([case])
 
 
+@pytest.mark.parametrize(
+    ("motion", "states", "dim"),
+    [(pushover, "capacity", "step"), (record, "response", "time")],
+    ids=lambda word: getattr(word, "__name__", None),
+)
 @some(2, 30)
-def test_of_pushovers(tmp_path, tell, kills):
-    model, case = pushover()
-    expected = bs.run(model, case)["push"].capacity.drop_vars("solver_time")
+def test_of_motions(tmp_path, tell, kills, motion, states, dim):
+    model, case = motion()
+    expected = getattr(bs.run(model, case)[case.name], states).drop_vars("solver_time", errors="ignore")
 
     def trial(chance, folder):
         path = folder / "run.h5"
-        _, *told = killed(pushed, path, chance.uniform(0.0, 1.5))
+        _, *told = killed(moved, path, chance.uniform(0.0, 1.5), motion)
         if not (path.is_file() or is_unfinished(path)):
             assert not told
             return
         if is_unfinished(path) and told:
             kept = bs.open_analysis(path) if path.is_file() else bs.recover(path)
-            assert kept["push"].capacity.sizes["step"] >= len(told)
-        found = bs.AnalysisManager.resume(path)["push"].capacity
+            assert getattr(kept[case.name], states).sizes[dim] >= len(told)
+        found = getattr(bs.AnalysisManager.resume(path)[case.name], states)
         for name, values in expected.variables.items():
             np.testing.assert_array_equal(found[name], values, name)
 
-    kill(tell, "pushover", tmp_path, kills, trial)
+    kill(tell, motion.__name__, tmp_path, kills, trial)
 
 
 def study(path, report, options):

@@ -7,9 +7,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.contacts import corrected_joints
-from meshes import CUBE, QUADS, obj_text
+from meshes import CUBE, QUADS, obj_text, read
 
-STONE = bs.Material("stone", "20 kN/m^3")
 JOINT = bs.JointMaterial("joint", 0.6)
 
 
@@ -30,11 +29,9 @@ def wall(head, bed, *, off=0.0):
 
 
 def imported(tmp_path, text):
-    path = tmp_path / "wall.obj"
-    path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", bs.errors.GeometryWarning)
-        return bs.imports.read_mesh(path, unit="mm", material=STONE, fixed=["slab"])
+        return read(tmp_path, "wall.obj", text, unit="mm", fixed=["slab"])
 
 
 def pairs(contacts):

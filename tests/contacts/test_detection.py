@@ -6,16 +6,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import blockstruct as bs
+import meshes
 from blockstruct import Q_
 from blockstruct.contacts import detection
 from blockstruct.errors import GeometryError
 from blockstruct.model import fit
+from blockstruct.structures.prism import prism
 from properties import few
-from structures import moved, rotation, solve
+from refusals import refused
+from structures import STONE, moved, rotation, solve
 
-STONE, DRY, LIME = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.65), bs.JointMaterial("lime", 0.75)
-FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+DRY, LIME = bs.JointMaterial("dry", 0.65), bs.JointMaterial("lime", 0.75)
+CUBE, FACES = np.array(meshes.CUBE, dtype=float), meshes.QUADS
 
 
 def box(name, origin, size=(1, 1, 1), *, fixed=False):
@@ -49,7 +51,7 @@ def test_a_gap_is_accepted_a_near_miss_or_rejected(gap, reason, near_miss):
     assert contact.gap == pytest.approx(gap)
     assert contact.area == pytest.approx(1.0)
     assert contact.orientation == bs.vocabulary.JointOrientation.HEAD
-    assert [o[:2] for o in report.overlaps] == ([("a", "b")] if gap < -0.001 else [])
+    assert report.overlaps == ((("a", "b", pytest.approx(-gap)),) if gap < -0.001 else ())
 
 
 def test_a_detection_gives_the_overlaps_of_its_own_blocks_only(monkeypatch):
@@ -77,12 +79,6 @@ def test_blocks_of_the_same_shapes_are_searched_once(monkeypatch):
     for other in (lambda: detect(*blocks(1.5)), lambda: detect(*blocks(1), tolerance="1 mm")):
         with pytest.raises(TypeError, match="not callable"):
             other()
-
-
-def test_a_penetration_is_an_overlap_with_its_depth():
-    ((one, other, depth),) = detect(FLOOR, box("a", [0, 0, 0]), box("b", [0.97, 0, 0])).report.overlaps
-    assert (one, other) == ("a", "b")
-    assert depth == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize(
@@ -206,11 +202,6 @@ def test_patterns_may_contain_any_character():
     assert [i.joint_material.name for i in found.interfaces] == ["lime"]
 
 
-def test_a_misspelt_name_in_a_pattern_is_refused():
-    with pytest.raises(bs.errors.ModelError, match=r"'bsae\|\*'.*'base\|1\.1'"):
-        bs.detect_interfaces(wall(), {"bsae|*": LIME, "*": DRY})
-
-
 def test_joint_materials_by_a_function():
     found = bs.detect_interfaces(wall(), lambda joint: LIME if joint.centroid[2] > 0.3 else DRY)
     assert {(i.joint_material.name, bool(i.centroid[2] > 0.3)) for i in found.interfaces} == {
@@ -222,32 +213,31 @@ def test_joint_materials_by_a_function():
 @pytest.mark.parametrize(
     ("rules", "words"),
     [
-        ({}, ["JointMaterial", "mapping"]),
-        ({"beds": DRY}, ["'beds'", "'bed'", "'base|*'"]),
-        ({"bed": "dry"}, ["'bed'", "'dry'"]),
-        ({"head": DRY}, ["'base|1.1'", "bed", "add '*'"]),
-        (lambda joint: None, ["function", "None"]),
+        ({}, "JointMaterial mapping"),
+        ({"beds": DRY}, "'beds' 'bed' 'base|*'"),
+        ({"bed": "dry"}, "'bed' 'dry'"),
+        ({"head": DRY}, "'base|1.1' bed add '*'"),
+        ({"bsae|*": LIME, "*": DRY}, "'bsae|*' 'base|1.1'"),
+        (lambda joint: None, "function None"),
     ],
 )
 def test_refused_rules(rules, words):
-    with pytest.raises(bs.errors.ModelError) as error:
+    with refused(bs.errors.ModelError, words):
         bs.detect_interfaces(wall(), rules)
-    assert all(word in str(error.value) for word in words)
 
 
 @pytest.mark.parametrize(
     ("limits", "words"),
     [
-        ({"angle_tolerance": "0 deg"}, ["angle_tolerance", "above zero"]),
-        ({"angle_tolerance": "60 deg"}, ["60 deg", "45 deg"]),
-        ({"area_tolerance": "1 mm"}, ["area_tolerance", "area"]),
-        ({"area_tolerance": 1e-6}, ["area_tolerance", "no unit"]),
+        ({"angle_tolerance": "0 deg"}, "angle_tolerance above zero"),
+        ({"angle_tolerance": "60 deg"}, "60 deg 45 deg"),
+        ({"area_tolerance": "1 mm"}, "area_tolerance area"),
+        ({"area_tolerance": 1e-6}, "area_tolerance no unit"),
     ],
 )
 def test_refused_tolerances(limits, words):
-    with pytest.raises(bs.errors.BlockstructError) as error:
+    with refused(bs.errors.BlockstructError, words):
         detect(FLOOR, **limits)
-    assert all(word in str(error.value) for word in words)
 
 
 def test_a_face_that_crosses_itself_is_refused():
@@ -380,17 +370,8 @@ def test_a_slightly_tilted_block_on_a_base_of_any_size(base):
 
 def test_contacts_on_steps_stay_separate():
     outline = [(0, 0), (2, 0), (2, 1.0), (1, 1.0), (1, 1.004), (0, 1.004)]
-    n = len(outline)
-    vertices = [(x, y, z) for y in (1, 0) for x, z in outline]
-    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
-    stair = bs.Block.from_faces(
-        "stair", Q_(vertices, "m"), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], STONE
-    )
     top = [(0, 1.004), (1, 1.004), (1, 1.0), (2, 1.0), (2, 2), (0, 2)]
-    vertices = [(x, y, z) for y in (1, 0) for x, z in top]
-    above = bs.Block.from_faces(
-        "above", Q_(vertices, "m"), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], STONE
-    )
+    stair, above = (prism(name, o, (0.0, 1.0), STONE) for name, o in (("stair", outline), ("above", top)))
     found = detect(stair, above)
     assert sorted(round(i.area, 9) for i in found.interfaces) == [0.004, 1.0, 1.0]
 
@@ -465,14 +446,11 @@ def test_an_explicit_interface_is_kept_once():
 
 @pytest.mark.parametrize("names", [("a", "b", "b#2", "c"), ("a", "b|c", "a|b", "c")])
 def test_interfaces_have_unique_names_for_any_names_of_blocks(names):
-    outline = np.array([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)], dtype=float)
-    vertices = np.concatenate([np.column_stack([outline[:, 0], np.full(8, y), outline[:, 1]]) for y in (0, 1)])
-    sides = [[k, (k + 1) % 8, 8 + (k + 1) % 8, 8 + k] for k in range(8)]
-    portal = [list(range(8)), list(range(15, 7, -1)), *(side[::-1] for side in sides)]
+    outline = [(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)]
     floor, two, one, upper = names
     blocks = [
         box(floor, [-1, -1, -1], [9, 3, 1], fixed=True),
-        bs.Block.from_faces(two, Q_(vertices, "m"), portal, STONE),
+        prism(two, outline, (0.0, 1.0), STONE),
         box(one, [4, 0, 0]),
         box(upper, [4, 0, 1]),
     ]

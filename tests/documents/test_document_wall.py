@@ -11,15 +11,9 @@ from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
 SIZE = {"length": "4 m", "courses": 12, "unit_height": "25 cm", "depth": "0.5 m"}
-DOOR = {
-    "start": "0.5 m",
-    "sill": "0 m",
-    "width": "1 m",
-    "height": "1 m",
-    "rise": "0.5 m",
-    "ring": "0.3 m",
-    "voussoirs": 9,
-}
+UNITS = {"unit_length": "0.5 m"}
+DOOR = {"start": "0.5 m", "sill": "0 m", "width": "1 m", "height": "1 m"}
+DOOR |= {"rise": "0.5 m", "ring": "0.3 m", "voussoirs": 9}
 ROUND = {"centre": ["2.75 m", "1.625 m"], "diameter": "0.7 m", "ring": "0.2 m", "voussoirs": 12}
 HOLE = {"start": "0.5 m", "sill": "0.5 m", "width": "0.5 m", "height": "0.5 m", "bearing": "0 m"}
 SIDE = {"name": "side", "at": "0 m", "length": "1.5 m", "bonded": False}
@@ -46,13 +40,8 @@ def written(folder, entry, **others):
     ("entry", "same"),
     [
         (
-            {"unit_length": "0.5 m", "openings": [DOOR, ROUND], "gable": "1.2 m", "prefix": "f."},
-            {
-                "unit_length": "0.5 m",
-                "openings": [Opening(**DOOR), RoundOpening(**ROUND)],
-                "gable": "1.2 m",
-                "prefix": "f.",
-            },
+            UNITS | {"openings": [DOOR, ROUND], "gable": "1.2 m", "prefix": "f."},
+            UNITS | {"openings": [Opening(**DOOR), RoundOpening(**ROUND)], "gable": "1.2 m", "prefix": "f."},
         ),
         (
             {"rubble": RUBBLE, "sidewalls": [SIDE | {"openings": [HOLE]}], "buttresses": [PIER]},
@@ -62,10 +51,7 @@ def written(folder, entry, **others):
                 "buttresses": [Buttress(**PIER)],
             },
         ),
-        (
-            {"unit_length": "0.5 m", "leaves": 2, "header_every": 3, "base": True},
-            {"unit_length": "0.5 m", "leaves": 2, "header_every": 3},
-        ),
+        (UNITS | {"leaves": 2, "header_every": 3, "base": True}, UNITS | {"leaves": 2, "header_every": 3}),
     ],
     ids=["arch, round window and gable", "rubble, sidewall and buttress", "leaves"],
 )

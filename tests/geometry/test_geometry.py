@@ -20,20 +20,16 @@ from blockstruct.geometry import (
     tributary_areas,
 )
 from blockstruct.geometry.polygon import flat_polygons
-from blockstruct.geometry.rounding import inset, largest_radius
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
-from structures import moved, rotation
+from blockstruct.geometry.touching import inset, largest_radius
+from structures import STONE, extruded, moved, rotation
 
-STONE = bs.Material("stone", "20 kN/m^3")
 DOME = {"span": "4 m", "thickness": "60 cm", "courses": 4, "units": 8, "oculus": "1.2 m"}
 
 
 def prism(outline, height, name="prism", z=0.0):
     """Vertical prism over a counter-clockwise outline in the x–y plane."""
-    n = len(outline)
-    vertices = [(*p, z) for p in outline] + [(*p, z + height) for p in outline]
-    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
-    return polyhedron(np.array(vertices, dtype=float), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], name)
+    return extruded(name, outline, z, z + height).shape
 
 
 L_SHAPE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]

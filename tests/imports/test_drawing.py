@@ -9,7 +9,8 @@ import pytest
 from ezdxf.render import MeshBuilder
 
 import blockstruct as bs
-from blockstruct.imports.outline import area, divided_arcs, prism, read_outline
+from blockstruct.imports.outline import area, divided_arcs, read_outline
+from meshes import CUBE, QUADS
 from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -45,7 +46,7 @@ def test_an_elevation_in_millimetres(draw):
     for row in range(4):
         for x, width in [(0, 500), (500, 500)] if row % 2 == 0 else [(0, 250), (250, 500), (750, 250)]:
             rectangle(space, x, 200 * row, width, 200)
-    found = read(supports=["GROUND"])
+    found = read(supports="GROUND")
     assert [b.name for b in found.blocks[:3]] == ["GROUND.1", "STONE.1", "STONE.2"]
     assert found.report.supports == ("GROUND.1",)
     assert found.report.extent == pytest.approx((1, 0.3, 1))
@@ -59,25 +60,6 @@ def test_an_elevation_in_millimetres(draw):
     reports = [bs.detect_interfaces(blocks, joint_material=JOINT).report for blocks in (found.blocks, stones)]
     assert reports[0].accepted == reports[1].accepted
     assert reports[0].total_area == pytest.approx(reports[1].total_area)
-
-
-def test_a_plan_rises(draw):
-    space, read = draw
-    rectangle(space, 0, 0, 500, 250, elevation=100)
-    (block,) = read(plane="plan").blocks
-    assert block.shape.vertices.min(axis=0) == pytest.approx((0, 0, 0.1))
-    assert block.shape.vertices.max(axis=0) == pytest.approx((0.5, 0.25, 0.4))
-
-
-@pytest.mark.parametrize("standing", [True, False])
-@pytest.mark.parametrize("order", [1, -1])
-@pytest.mark.parametrize("thickness", [2.0, -2.0])
-def test_a_prism_looks_outward_for_any_outline(standing, order, thickness):
-    outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)[::order]
-    vertices, faces = prism(outline, 0.5, thickness, standing=standing)
-    shape = bs.Block.from_faces("L", bs.Q_(vertices, "m"), faces, STONE).shape
-    assert shape.volume == pytest.approx(10)
-    assert np.ptp(vertices, axis=0) == pytest.approx((3, 2, 3) if standing else (3, 3, 2))
 
 
 @pytest.mark.parametrize("bulge", [1, -1, np.tan(np.pi / 8), 0.1, 3])
@@ -121,9 +103,7 @@ def test_arcs_need_segments(draw):
 
 
 def cube_at(x):
-    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]) * 400
-    faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
-    return [tuple(c) for c in (corners + np.array([x, 0, 0])).tolist()], faces
+    return [(400 * a + x, 400.0 * b, 400.0 * c) for a, b, c in CUBE], QUADS
 
 
 def test_bodies_in_three_dimensions(draw):
@@ -203,8 +183,7 @@ def frozen_unit(space):
 def smoothed_mesh(space):
     mesh = space.add_mesh(dxfattribs={"layer": "STONE", "subdivision_levels": 2})
     with mesh.edit_data() as data:
-        data.vertices = [(x, y, z) for x in (0, 500) for y in (0, 250) for z in (0, 250)]
-        data.faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        data.vertices, data.faces = cube_at(0)
 
 
 @pytest.mark.parametrize(
@@ -243,24 +222,6 @@ def test_control_points_of_a_spline_are_ignored(draw):
     assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
 
 
-def test_supports_may_be_one_text(draw):
-    space, read = draw
-    rectangle(space, 0, 0, 500, 250, "GROUND")
-    assert read(supports="GROUND").report.supports == ("GROUND.1",)
-
-
-def test_a_polyline_may_have_its_own_thickness(draw):
-    space, read = draw
-    rectangle(space, 0, 0, 500, 250, thickness=120)
-    (block,) = read(thickness=None).blocks
-    assert np.ptp(block.shape.vertices, axis=0) == pytest.approx((0.5, 0.12, 0.25))
-    rectangle(space, 0, 250, 500, 250)
-    with pytest.raises(
-        bs.errors.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE', handle .*, is flat"
-    ):
-        read(thickness=None)
-
-
 @pytest.mark.parametrize("given", [None, "0.7 m"])
 @pytest.mark.parametrize(("plane", "axis"), [("elevation", 1), ("plan", 2)])
 @pytest.mark.parametrize(
@@ -282,14 +243,6 @@ def test_the_sign_of_a_thickness_gives_the_side_of_the_prism(draw, plane, axis, 
     # Seen from behind, x of the drawing runs the other way.
     assert block.centroid[0] == pytest.approx(-0.25 if "extrusion" in attributes else 0.25)
     assert block.shape.volume == pytest.approx(0.5 * 0.25 * 0.7)
-
-
-def test_mirrored_outlines_are_on_the_same_side(draw):
-    space, read = draw
-    rectangle(space, 0, 0, 500, 250)
-    rectangle(space, 0, 0, 500, 250, extrusion=(0, 0, -1))
-    for block in read().blocks:
-        assert (block.shape.vertices[:, 1].min(), block.shape.vertices[:, 1].max()) == pytest.approx((0, 0.3))
 
 
 def test_a_polyline_outside_the_drawing_plane_is_reported(draw):
@@ -448,6 +401,7 @@ def test_rare_units_are_compared(draw, number, stated):
         (bs.errors.GeometryFileError, "0.001 m $INSUNITS 1 m", {"unit": "m"}),
         (bs.errors.ModelError, "thickness -1 m", {"thickness": "-1 m"}),
         (bs.errors.UnitError, "thickness 300", {"thickness": 300}),
+        (bs.errors.GeometryFileError, "polyline from (0, 0) 'STONE' handle flat", {"thickness": None}),
         (bs.errors.ModelError, "plane 'section' 'elevation'", {"plane": "section"}),
         (bs.errors.ModelError, "segments 0", {"segments": 0}),
         (bs.errors.UnknownNameError, "'GROND' GROUND, NOTES, STONE", {"supports": ["GROND"]}),

@@ -12,11 +12,10 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.contacts import corrected_joints
 from blockstruct.imports.outline import prism
-from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
+from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, read, saved, stl_bytes
 from properties import few
-from structures import moved, rotation
+from structures import STONE, moved, rotation
 
-STONE = bs.Material("stone", "20 kN/m^3")
 JOINT = bs.JointMaterial("joint", 0.6)
 
 
@@ -24,12 +23,6 @@ JOINT = bs.JointMaterial("joint", 0.6)
 def wall():
     rows = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
     return bs.courses(rows, unit_length="0.5 m", unit_height="0.25 m", depth="0.25 m", material=STONE)
-
-
-def saved(tmp_path, name, content):
-    path = tmp_path / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return path
 
 
 def same_bodies(one, other, rel=1e-9):
@@ -46,7 +39,7 @@ def same_bodies(one, other, rel=1e-9):
     [("wall.stl", stl_bytes), ("ascii.stl", ascii_stl), ("wall.ply", ply_text)],
 )
 def test_a_wall_of_triangles_keeps_its_interfaces(tmp_path, wall, name, write):
-    found = bs.imports.read_mesh(saved(tmp_path, name, write(wall)), unit="m", material=STONE, fixed="lowest")
+    found = read(tmp_path, name, write(wall), fixed="lowest")
     same_bodies(found.blocks, wall)
     assert [b.fixed for b in found.blocks] == [b.fixed for b in wall]
     assert found.report.warnings == ()
@@ -74,15 +67,6 @@ def test_units_and_orientation_have_no_effect(tmp_path_factory, unit, turn):
     blocks = moved(blocks, rotation((1, 1, 0.3), turn))
     path = bs.imports.write_obj(tmp_path_factory.mktemp("obj") / "wall.obj", blocks, unit=unit)
     same_bodies(bs.imports.read_mesh(path, unit=unit, material=STONE).blocks, blocks)
-
-
-def test_inward_normals_are_reversed_with_a_warning(tmp_path, wall):
-    path = saved(tmp_path, "scan.stl", stl_bytes(wall, inward=True))
-    with pytest.warns(bs.errors.GeometryWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
-        found = bs.imports.read_mesh(path, unit="m", material=STONE)
-    same_bodies(found.blocks, wall)
-    assert "warning: faces turned to look outward: 132" in str(found.report)
-    assert set(found.report.table().query("kind == 'turned'").amount) == {12.0}
 
 
 def shifted(faces, by=8):
@@ -117,7 +101,7 @@ def cube(**changes):
 def test_every_repair_is_reported(tmp_path, text, kind, faces):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        found = bs.imports.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
+        found = read(tmp_path, "cube.obj", text)
     (block,) = found.blocks
     assert kind in {r.kind for r in found.report.repairs}
     assert len(block.shape.faces) == faces
@@ -155,34 +139,28 @@ def test_order_and_orientation_of_faces_have_no_effect(tmp_path_factory, data):
     text = obj_text(corners, [(i, i + 1, i + 2) for i in range(0, len(corners), 3)])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", bs.errors.GeometryWarning)
-        found = bs.imports.read_mesh(saved(tmp_path_factory.mktemp("soup"), "s.obj", text), unit="m", material=STONE)
+        found = read(tmp_path_factory.mktemp("soup"), "s.obj", text)
     assert [b.volume for b in found.blocks] == pytest.approx([1, 1])
     assert [len(b.shape.faces) for b in found.blocks] == [6, 6]
     assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 1
 
 
-def test_the_tolerance_of_planes(tmp_path):
-    path = saved(tmp_path, "bent.obj", obj_text([*CUBE[:6], (1, 1, 1.001), CUBE[7]], fans(QUADS)))
-    (exact,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
-    with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
-        (coarse,) = bs.imports.read_mesh(path, unit="m", material=STONE, tolerance="2 mm").blocks
-    assert (len(exact.shape.faces), len(coarse.shape.faces)) == (7, 6)
-
-
-def test_tolerances_are_relative_to_the_body(tmp_path):
+def test_tolerances_of_planes_are_relative_to_the_body(tmp_path):
     # A cube whose top is bent by a thousandth, in one file with another cube far away.
     bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]
     far = [(x + 250, y, z) for x, y, z in CUBE]
     text = obj_text(bent, fans(QUADS)) + obj_text(far, [[i - 9 for i in f] for f in fans(QUADS)])
-    blocks = bs.imports.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE).blocks
-    assert [len(b.shape.faces) for b in blocks] == [7, 6]
+    assert [len(b.shape.faces) for b in read(tmp_path, "two.obj", text).blocks] == [7, 6]
+    with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
+        coarse = read(tmp_path, "two.obj", text, tolerance="2 mm").blocks
+    assert [len(b.shape.faces) for b in coarse] == [6, 6]
 
 
 def test_polygons_of_a_ply_file_need_not_be_convex(tmp_path):
     outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)
     vertices, faces = prism(outline, 0.0, 1.0, standing=False)
     block = bs.Block.from_faces("L", Q_(vertices, "m"), faces, STONE)
-    (found,) = bs.imports.read_mesh(saved(tmp_path, "L.ply", ply_text([block])), unit="m", material=STONE).blocks
+    (found,) = read(tmp_path, "L.ply", ply_text([block])).blocks
     assert found.volume == pytest.approx(5)
     assert sorted(map(len, found.shape.faces)) == [4] * 6 + [6] * 2
 
@@ -199,7 +177,7 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
         for name, v in zip("ab", (lower, upper), strict=True)
     )
     with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
-        found = bs.imports.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
+        found = read(tmp_path, "two.obj", text)
     assert 0 < found.report.largest_move < 1e-3
     assert set(found.moves) == {"a", "b"}
     # The face in common is moved alike: there is nothing to allow for.
@@ -212,7 +190,7 @@ def test_statements_without_faces_are_reported(tmp_path):
     with pytest.warns(
         bs.errors.GeometryWarning, match="1 statement 'l', which is not a face; object 'empty' without faces"
     ):
-        found = bs.imports.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
+        found = read(tmp_path, "cube.obj", text)
     assert [b.name for b in found.blocks] == ["cube"]
 
 
@@ -223,21 +201,14 @@ def test_vertices_without_faces_are_reported(tmp_path, name):
     ply = ply_text([block]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
     text = obj_text([*CUBE, (5, 5, 5)]) if name == "a.obj" else ply
     with pytest.warns(bs.errors.GeometryWarning, match="left out: 1 vertex of no face"):
-        assert len(bs.imports.read_mesh(saved(tmp_path, name, text), unit="m", material=STONE).blocks) == 1
-
-
-def test_names_used_twice_are_numbered(tmp_path):
-    text = "o stone\n" + obj_text() + "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE], shifted(QUADS))
-    with pytest.warns(bs.errors.GeometryWarning, match="name used twice"):
-        found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
-    assert [b.name for b in found.blocks] == ["stone", "stone#2"]
+        assert len(read(tmp_path, name, text).blocks) == 1
 
 
 def test_solids_of_an_stl_file_keep_any_names(tmp_path):
     names = ["Solid_1", "Solid_2", "arch solid 3", "endsolid", "facet vertex 5", "-6 %"]
     blocks = [bs.Block.box(n, Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), STONE) for k, n in enumerate(names)]
     text = ascii_stl(blocks).replace("facet normal", "\tFACET\tnormal").replace("\n", "\r\n")
-    found = bs.imports.read_mesh(saved(tmp_path, "a.stl", "\ufeff" + text), unit="m", material=STONE)
+    found = read(tmp_path, "a.stl", "\ufeff" + text)
     assert [(b.name, b.centroid[2]) for b in found.blocks] == [(n, k + 0.5) for k, n in enumerate(names)]
     assert found.report.warnings == ()
 
@@ -272,24 +243,24 @@ def test_a_hash_in_a_word_is_part_of_a_name(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
-def test_names_in_the_code_page_of_windows(tmp_path, encoding):
-    path = saved(tmp_path, "a.obj", f"o façade – ‘west’…\n{cube()}".encode(encoding))
-    (block,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
-    assert block.name == "façade – ‘west’…"
-
-
-def test_a_name_in_an_unknown_encoding_does_not_stop_the_import(tmp_path):
-    path = saved(tmp_path, "a.obj", b"o T\x81r\n" + cube().encode())
-    (block,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
-    assert block.name == "T\N{REPLACEMENT CHARACTER}r"
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        *(("façade – ‘west’…".encode(code), "façade – ‘west’…") for code in ("utf-8", "utf-8-sig", "cp1252")),
+        (b"T\x81r", "T\N{REPLACEMENT CHARACTER}r"),
+    ],
+)
+def test_names_in_any_encoding(tmp_path, written, name):
+    mark = b"\xef\xbb\xbf" if written.startswith(b"\xef\xbb\xbf") else b""
+    (block,) = read(tmp_path, "a.obj", mark + b"o " + written.removeprefix(mark) + b"\n" + cube().encode()).blocks
+    assert block.name == name
 
 
 def test_numbered_bodies_do_not_take_names_of_objects(tmp_path):
     apart = [*CUBE, *((x + 2, y, z) for x, y, z in CUBE)]
     text = "o arch\n" + obj_text(apart, [*QUADS, *shifted(QUADS)])
     text += "o arch.1\n" + obj_text([(x + 4, y, z) for x, y, z in CUBE], shifted(QUADS, 16))
-    found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE, fixed=["arch.1"])
+    found = read(tmp_path, "a.obj", text, fixed=["arch.1"])
     assert [b.name for b in found.blocks] == ["arch.2", "arch.3", "arch.1"]
     assert [b.name for b in found.blocks if b.fixed] == ["arch.1"]
     assert found.blocks[2].centroid[0] == pytest.approx(4.5)
@@ -304,26 +275,12 @@ def test_several_files_prefix_the_names_of_blocks(tmp_path):
     assert found.report.supports == ("arch.stone",)
 
 
-@pytest.mark.parametrize("reverse", [False, True])
-@pytest.mark.parametrize("interleaved", [False, True])
-def test_a_body_with_duplicate_faces_is_one_block(tmp_path, reverse, interleaved):
-    again = [f[::-1] for f in QUADS] if reverse else [f[1:] + f[:1] for f in QUADS]
-    faces = [f for pair in zip(QUADS, again, strict=True) for f in pair] if interleaved else [*QUADS, *again]
-    text = "o dome\n" + obj_text(faces=faces)
-    with pytest.warns(
-        bs.errors.GeometryWarning, match=r"bodies whose faces are all given twice, once each kept: 1 \(dome\)"
-    ):
-        found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
-    assert [b.name for b in found.blocks] == ["dome"]
-    assert {r.kind for r in found.report.repairs} == {"doubled"}
-
-
 def test_a_copy_with_another_name_is_dropped(tmp_path):
     # Divided into triangles, and to rounding where the first is.
     near = [(x + 1e-9, y, z) for x, y, z in CUBE]
     text = "o one\n" + obj_text() + "o two\n" + obj_text(near, shifted(fans(QUADS)))
     with pytest.warns(bs.errors.GeometryWarning, match=r"given again under another name, dropped: 1 \(two = one\)"):
-        found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
+        found = read(tmp_path, "a.obj", text)
     assert [b.name for b in found.blocks] == ["one"]
 
 

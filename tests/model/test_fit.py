@@ -117,7 +117,7 @@ def test_a_model_accepts_detections_of_many_shells(seed):
 
 
 def test_a_warped_vault_has_a_certified_load_factor():
-    blocks = warped_vault(warp=6e-3, noise=3e-3)
+    blocks = warped_vault(5, 2, warp=6e-3, noise=3e-3)
     assert not bs.detect_interfaces(blocks, DRY).report.accepted
     found = bs.detect_interfaces(blocks, DRY, "2 cm", angle_tolerance="8 deg", area_tolerance="1 cm^2")
     assert max(np.degrees(c.angle) for c in found.report.contacts) > 5
@@ -126,7 +126,7 @@ def test_a_warped_vault_has_a_certified_load_factor():
     result = solve(model, push(1, 0, 0), "nonassociative")
     assert bound.status == result.status == "converged"
     # Near the load factor of the exact vault: its stones are equal to a hundredth of their size.
-    exact = warped_vault()
+    exact = warped_vault(5, 2)
     true = solve(bs.Model("vault", exact, bs.detect_interfaces(exact, DRY)), push(1, 0, 0))
     assert bound.load_factor == pytest.approx(true.load_factor, rel=0.05)
     assert result.load_factor <= bound.load_factor + 1e-6

@@ -1,13 +1,13 @@
 """Blocks found by a point, and what a model says about itself."""
 
-import numpy as np
 import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.structures import wall
+from structures import STONE, extruded
 
-STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.6)
+DRY = bs.JointMaterial("dry", 0.6)
 DEAD = bs.LoadPattern("dead", [bs.SelfWeight()])
 PUSH = bs.LoadPattern("push +y", [bs.BodyForce("+y")])
 
@@ -34,10 +34,7 @@ def test_blocks_are_found_inside_and_on_faces_but_not_on_joints(model):
 
 
 def test_notch_of_a_block_that_is_not_convex_is_outside():
-    outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
-    vertices = np.concatenate([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 1.0)])
-    faces = [[*range(5, -1, -1)], [*range(6, 12)], *([k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k] for k in range(6))]
-    ell = bs.Block.from_faces("ell", Q_(vertices, "m"), faces, STONE)
+    ell = extruded("ell", [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], 0.0, 1.0)
     base = bs.Block.box("base", Q_([0, 0, -1], "m"), Q_([2, 2, 1], "m"), STONE, fixed=True)
     model = bs.Model("ell", [base, ell], bs.detect_interfaces([base, ell], joint_material=DRY))
     assert model.block_at("[0.5, 1.5, 0.5] m") is ell
@@ -55,7 +52,7 @@ def test_points_alone_equal_points_of_named_blocks(model, tmp_path):
         loads = [bs.SelfWeight(), bs.Weight(point=top, weight="2 kN", **names)]
         loads.append(bs.PointLoad(point=top, force="[0, 0, -1] kN", **names))
         control = ((last, "+y") if names else "+y",)
-        case = bs.Pushover("p", bs.LoadPattern("dead", loads), PUSH, control=control[0], control_point=top, steps=5)
+        case = bs.Pushover("p", bs.LoadPattern("dead", loads), PUSH, control=control[0], control_point=top, steps=3)
         bs.write_document(tmp_path / f"{len(runs)}.yaml", tied, [case])
         assert bs.read_document(tmp_path / f"{len(runs)}.yaml").cases == (case,)
         runs.append(bs.run(tied, [case])["p"])

@@ -7,7 +7,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.geometry import box, polyhedron, stretches_inside
 from refusals import refused
-from structures import model_of, moved
+from structures import extruded, model_of, moved, rotation
 
 STRONG = {"yield_force": "40 kN"}
 STRIP = {"area": "50 mm^2", "strength": "300 MPa"}
@@ -129,18 +129,16 @@ def test_strips_end_at_the_surface(pair):
 
 
 def test_segments_inside_a_body_that_is_not_convex():
-    # A U: two walls on a floor.
-    outline = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]
-    n = len(outline)
-    vertices = np.array([(x, y, z) for y in (0.0, 1.0) for x, z in outline])
-    sides = [(k, k + n, (k + 1) % n + n, (k + 1) % n) for k in range(n)]
-    faces = [tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1)), *sides]
-    shape = polyhedron(vertices, faces, "U")
-    found = stretches_inside(shape, np.array([-1.0, 0.5, 1.5]), np.array([4.0, 0.5, 1.5]))
-    np.testing.assert_allclose(found, [(1, 2), (3, 4)])
-    assert stretches_inside(shape, np.array([-1.0, 0.5, 0.5]), np.array([4.0, 0.5, 0.5])) == [(1.0, 4.0)]
-    assert stretches_inside(shape, np.array([1.5, 0.5, 1.2]), np.array([1.5, 0.5, 5.0])) == []
-    assert stretches_inside(shape, np.array([-1.0, 0.5, 1.0]), np.array([4.0, 0.5, 1.0])) == [(1.0, 2.0), (3.0, 4.0)]
+    # A U: two legs and what joins them.
+    shape = extruded("U", [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)], 0.0, 1.0).shape
+
+    def along(start, end):
+        return stretches_inside(shape, np.array(start), np.array(end))
+
+    np.testing.assert_allclose(along([-1.0, 1.5, 0.5], [4.0, 1.5, 0.5]), [(1, 2), (3, 4)])
+    assert along([-1.0, 0.5, 0.5], [4.0, 0.5, 0.5]) == [(1.0, 4.0)]
+    assert along([1.5, 1.2, 0.5], [1.5, 5.0, 0.5]) == []
+    assert along([-1.0, 1.0, 0.5], [4.0, 1.0, 0.5]) == [(1.0, 2.0), (3.0, 4.0)]
     cube = polyhedron(*box((0, 0, 0), (1, 1, 1)), "cube")
     (stretch,) = stretches_inside(cube, np.array([-0.5, -0.5, -0.5]), np.array([0.5, 0.5, 0.5]))
     np.testing.assert_allclose(stretch, np.sqrt(3) * np.array([0.5, 1.0]))
@@ -158,11 +156,8 @@ def test_segments_contain_the_whole_cross_section():
     half = 0.5 / np.cos(np.pi / 6) - 0.1 * np.tan(np.pi / 6)
     np.testing.assert_allclose(stretch, [2 - half, 2 + half])
     # Next to the inner edge of an L, the cylinder meets the faces at the edge.
-    outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)])
-    vertices = np.concatenate([np.insert(outline, 1, y, axis=1) for y in (0.0, 1.0)])
-    sides = [(k, k + 6, (k + 1) % 6 + 6, (k + 1) % 6) for k in range(6)]
-    ell = polyhedron(vertices, [tuple(range(6)), tuple(range(11, 5, -1)), *sides], "L")
-    found = stretches_inside(ell, np.array([-1, 0.5, 0.95]), np.array([4, 0.5, 0.95]), 0.1)
+    ell = extruded("L", [(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)], 0.0, 1.0).shape
+    found = stretches_inside(ell, np.array([-1, 0.95, 0.5]), np.array([4, 0.95, 0.5]), 0.1)
     np.testing.assert_allclose(found, [(1, 2)])
 
 
@@ -171,8 +166,7 @@ def test_a_bar_in_rounded_head_joints_of_a_turned_wall_is_not_bonded_to_their_bl
     wall = bs.courses(
         [[1, 1], [0.5, 1, 0.5], [1, 1]], unit_length="0.4 m", unit_height="0.2 m", depth="0.3 m", material=tuff
     )
-    a = np.radians(degrees)
-    R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    R = rotation((0, 0, 1), np.radians(degrees))
     blocks = moved(wall, R)
     x, y, _ = np.round(R @ (0.4, 0.15, 0), 3)
     segments = bs.ties.tie_segments([bar([x, y, -0.1], [x, y, 0.6])], blocks)

@@ -15,7 +15,7 @@ from blockstruct.motion.record import _Run
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, box, model_of, single_block
 
-G = bs.ureg.Quantity(1, "g_0").to("m/s^2").magnitude
+G = Q_(1, "g_0").to("m/s^2").magnitude
 
 
 def response(model, acceleration, time, direction="+x", **settings):

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct import Q_
 from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, seal_again, slipping_units
 
 
@@ -121,16 +120,19 @@ def test_validate_accepts_honest_results(stored, call, structure):
     assert call("validate", stored[structure])[0] == 0
 
 
-def test_validate_names_case_and_state(stored, tmp_path, call):
+def test_a_curve_without_its_pushover_is_refused(stored, tmp_path, call):
+    path = shutil.copy(stored["tied"], tmp_path / "x.h5")
+    with h5py.File(path, "r+") as file:
+        del file["cases/push"].attrs["pushover"]
+    seal_again(path)
+    with pytest.raises(bs.errors.FormatError, match="there is a capacity curve, but no attribute pushover"):
+        bs.open_analysis(path)
     path = shutil.copy(stored["wall"], tmp_path / "wall.h5")
     with h5py.File(path, "r+") as file:
         file["cases/push/capacity/load_factor"][3] *= 1.01
     seal_again(path)
     code, out, _ = call("validate", path)
-    assert code == 4
-    assert "case 'push': state 3 of the capacity curve: its" in out
-    assert "equilibrium residual is" in out
-    assert "take the original file, or run the cases again" in out
+    assert (code, "case 'push': state 3 of the capacity curve: its" in out) == (4, True)
 
 
 @pytest.mark.parametrize(
@@ -141,25 +143,17 @@ def test_validate_names_case_and_state(stored, tmp_path, call):
     ],
 )
 def test_validate_finds_another_reaction(tmp_path, call, place, words):
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = [
-        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), stone, fixed=True),
-        bs.Block.box("right", Q_([3.5, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), stone, fixed=True),
-        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([4, 1, 0.6], "m"), stone),
-    ]
+    supports = [box(name, [x, 0, -0.3], [0.5, 1, 0.3], fixed=True) for name, x in (("left", 0), ("right", 3.5))]
+    model = model_of([*supports, box("beam", [0, 0, 0], [4, 1, 0.6])], bs.JointMaterial("joint", 0.6))
     path = tmp_path / "beam.h5"
-    bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
+    bs.run(model, bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
     assert call("validate", path)[0] == 0
     with h5py.File(path, "r+") as file:
         reaction = file[place]
-        if reaction.shape:
-            reaction[-1] *= 1.01
-        else:
-            reaction[()] *= 1.01
+        reaction[-1 if reaction.shape else ()] *= 1.01
     seal_again(path)
     code, out, _ = call("validate", path)
-    assert code == 4
-    assert words in out
+    assert (code, words in out) == (4, True)
 
 
 REDUNDANT = [
@@ -199,17 +193,8 @@ def test_validate_compares_derived_variables(stored, tmp_path, call, structure, 
     assert re.search(words, out), out
 
 
-def test_a_curve_without_its_pushover_is_refused(stored, tmp_path):
-    path = shutil.copy(stored["tied"], tmp_path / "x.h5")
-    with h5py.File(path, "r+") as file:
-        del file["cases/push"].attrs["pushover"]
-    seal_again(path)
-    with pytest.raises(bs.errors.FormatError, match="there is a capacity curve, but no attribute pushover"):
-        bs.open_analysis(path)
-
-
-def test_a_force_is_none_by_the_lighter_block():
-    """A bar of 50 kN holds some N of a block of 20 N on a slippery ground, beside a wall of 120 kN that goes over."""
+def test_the_force_of_a_tie_counts_against_the_lighter_block():
+    """A bar of 50 kN holds some N of a block of 20 N on a slippery ground, next to a wall of 120 kN that goes over."""
     blocks = [
         box("ground", [-3, -1, -0.5], [8, 6, 0.5], fixed=True),
         box("post", [-2, 0, 0], [0.5, 1, 1], fixed=True),
@@ -217,12 +202,10 @@ def test_a_force_is_none_by_the_lighter_block():
         box("light", [-1, 0.4, 0], [0.1, 0.1, 0.1]),
     ]
     joints = {"light|ground": bs.JointMaterial("slick", 0.05), "*": bs.JointMaterial("rough", 0.8)}
-    ends = ("post", Q_([-1.5, 0.45, 0.05], "m")), ("light", Q_([-1, 0.45, 0.05], "m"))
-    bar = bs.Tie("bar", *ends, yield_force="50 kN")
-    model = bs.Model("beside", blocks, bs.detect_interfaces(blocks, joints), ties=[bar])
-    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("wall", (1, 0, 0)), steps=6)
-    analysis = bs.AnalysisManager(model).run([case])
-    result = analysis["push"]
-    assert 0 < result.capacity["tie_force"][0].item() < 50.0
-    assert bs.results.pushed_tie_state(model, result.capacity)[0].item() == "stressed"
+    bar = bs.Tie("bar", ("post", "[-1.5, 0.45, 0.05] m"), ("light", "[-1, 0.45, 0.05] m"), yield_force="50 kN")
+    model = bs.Model("both", blocks, bs.detect_interfaces(blocks, joints), ties=[bar])
+    analysis = bs.run(model, bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("wall", (1, 0, 0)), steps=6))
+    curve = analysis["push"].capacity
+    assert 0 < curve["tie_force"][0].item() < 50.0
+    assert bs.results.pushed_tie_state(model, curve)[0].item() == "stressed"
     assert bs.results.contradictions(analysis) == []

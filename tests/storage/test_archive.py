@@ -1,6 +1,5 @@
 """Folders of analyses: tables, selections, lazy histories, damaged files."""
 
-import builtins
 import os
 import shutil
 import sys
@@ -83,13 +82,6 @@ def test_select(folder, small_analysis):
     assert set(archive.select(since="2025-03-02", until="2026-03-01T10:00")["path"]) == {"wall-2.h5"}
     assert archive.select(until="2025-02-28").empty
     assert len(archive.select()) == 5
-
-
-@pytest.mark.parametrize("expression", ["load_factr < 1", "load_factor <", "@builtins", "1", "case"])
-def test_bad_conditions(folder, expression):
-    assert builtins  # A name that an expression must not reach.
-    with pytest.raises(bs.errors.StorageError, match=r"^where "):
-        bs.Archive(folder).select(expression)
 
 
 def test_bad_dates_and_folders(folder, tmp_path):

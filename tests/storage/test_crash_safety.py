@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone, provenance
+from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone, plan
 from blockstruct.analysis.replay import ReplaySolver
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import solve_limit_case
@@ -159,46 +159,20 @@ def test_a_resumed_run_can_be_interrupted_again(tmp_path, whole, error):
     check_resumed(path, whole)
 
 
-@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
-def test_what_another_version_made_is_told(tmp_path, monkeypatch, error):
-    """A case that had ended is of the older version, one gone on with is of both, and the others of the present one."""
-    path = tmp_path / "wall.h5"
-    present = provenance.versions()
-    older = {**present, "blockstruct": "0.0.9", "clarabel": "0.0.1"}
-    with monkeypatch.context() as patched:
-        patched.setattr(provenance, "_installed", lambda: older)
-        interrupt_after(path, 6, error=error)
-    made = "'upper', 'sideways': made by blockstruct 0.0.9 .now .*clarabel 0.0.1 .now"
-    with pytest.warns(bs.errors.VersionWarning, match=made):
-        done = bs.AnalysisManager.resume(path)
-    stored = bs.open_analysis(path)
-    for found in (done, stored):
-        assert found.versions == present
-        assert found["upper"].versions == (older,)
-        assert found["sideways"].versions == (older, present)
-        assert found["lifted"].versions == (present,)
-    rows = bs.Archive(tmp_path).table(all_columns=True).set_index("case")
-    assert rows.version.to_dict() == {
-        "upper": "0.0.9",
-        "sideways": f"0.0.9, {bs.__version__}",
-        "lifted": bs.__version__,
-    }
-
-
 def test_what_a_third_version_goes_on_with_is_told(tmp_path, monkeypatch):
     path = tmp_path / "wall.h5"
-    made_by = [{**provenance.versions(), "blockstruct": name} for name in ("0.0.7", "0.0.8", "0.0.9")]
+    made_by = [{**plan.versions(), "blockstruct": name} for name in ("0.0.7", "0.0.8", "0.0.9")]
 
     def stop(event):
         if isinstance(event, IterationDone) and event.case.name == "sideways" and event.index == 6:
             raise RuntimeError
 
-    monkeypatch.setattr(provenance, "_installed", lambda: made_by[0])
+    monkeypatch.setattr(plan, "_installed", lambda: made_by[0])
     interrupt_after(path, 4)
-    monkeypatch.setattr(provenance, "_installed", lambda: made_by[1])
+    monkeypatch.setattr(plan, "_installed", lambda: made_by[1])
     with pytest.warns(bs.errors.VersionWarning), pytest.raises(RuntimeError):
         bs.AnalysisManager.resume(path, listeners=[stop])
-    monkeypatch.setattr(provenance, "_installed", lambda: made_by[2])
+    monkeypatch.setattr(plan, "_installed", lambda: made_by[2])
     recovered = bs.recover(path)
     assert recovered["sideways"].versions == tuple(made_by[:2])
     assert bs.open_analysis(path)["sideways"].versions == tuple(made_by[:2])
@@ -207,13 +181,9 @@ def test_what_a_third_version_goes_on_with_is_told(tmp_path, monkeypatch):
     stored = bs.open_analysis(path)
     assert stored["upper"].versions == (made_by[0],)
     assert stored["sideways"].versions == tuple(made_by)
-
-
-def test_a_run_that_was_killed_before_it_kept_anything_is_told(tmp_path):
-    (tmp_path / "wall.h5.partial").mkdir()
-    for go_on in (bs.recover, bs.AnalysisManager.resume):
-        with pytest.raises(bs.errors.StorageError, match="before it kept anything; wait, or run it again"):
-            go_on(tmp_path / "wall.h5")
+    assert (stored["lifted"].versions, stored.versions) == ((made_by[2],), made_by[2])
+    rows = bs.Archive(tmp_path).table(all_columns=True).set_index("case")
+    assert rows.version.to_dict() == {"upper": "0.0.7", "sideways": "0.0.7, 0.0.8, 0.0.9", "lifted": "0.0.9"}
 
 
 def test_a_finished_analysis_is_resumed_as_it_is(tmp_path, whole):
@@ -283,18 +253,6 @@ def test_a_damaged_record_ends_what_is_recovered(tmp_path, whole, killed, damage
     check_resumed(path, whole)
 
 
-def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole, killed):
-    path = tmp_path / "wall.h5"
-    shutil.copytree(killed, tmp_path, dirs_exist_ok=True)
-    journal = tmp_path / "wall.h5.partial" / "1.journal"
-    before = len(records(journal)) - 1
-    journal.write_bytes(b"".join(records(journal)[:-1]))
-    found = bs.recover(path)["sideways"]
-    assert found.n_iterations == before - 1
-    assert (found.outcome.reason, found.n_iterations) == (bs.vocabulary.Reason.KILLED, before - 1)
-    check_resumed(path, whole)
-
-
 def test_an_edited_ending_is_not_taken_over(tmp_path, whole, killed):
     """As by who changes the status of a case that has ended: its case counts as interrupted."""
     path = tmp_path / "wall.h5"
@@ -353,7 +311,7 @@ def test_a_run_that_kept_nothing_is_not_to_be_resumed(tmp_path):
     path = tmp_path / "wall.h5"
     (tmp_path / "wall.h5.partial").mkdir()
     (tmp_path / "wall.h5.partial" / "plan.draft").write_bytes(bytes(100))
-    for read in (bs.open_analysis, bs.AnalysisManager.resume):
+    for read in (bs.open_analysis, bs.recover, bs.AnalysisManager.resume):
         with pytest.raises(bs.errors.StorageError, match="ended before it kept anything; wait, or run it again"):
             read(path)
     assert bs.AnalysisManager(wall(), path).run(cases()).status == "finished"

@@ -60,6 +60,7 @@ def test_every_variable_tells_what_it_is(small_model, small_cases, tmp_path):
     def look(name, item):
         if isinstance(item, h5py.Dataset) and b"not a netCDF variable" not in bytes(item.attrs.get("NAME", b"")):
             bare.extend([] if item.attrs.get("long_name") else [name])
+            assert item.dtype.kind != "f" or "units" in item.attrs, name
 
     with h5py.File(path) as file:
         file.visititems(look)

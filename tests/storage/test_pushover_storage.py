@@ -7,8 +7,8 @@ import xarray as xr
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.analysis import StepDone
-from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
+from blockstruct.analysis import CaseFinished, CaseStarted, StepDone
+from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, seal_again, single_block
 
 CASE = bs.Pushover(
     "push",
@@ -82,15 +82,6 @@ def test_an_interrupted_run_goes_on_where_it_was(model, whole, tmp_path):
     assert bs.open_analysis(path)["push"].capacity.identical(done.capacity)
 
 
-def test_a_killed_run_keeps_its_steps(model, whole, tmp_path):
-    path = tmp_path / "run.h5"
-    with pytest.raises(StopError):
-        bs.AnalysisManager(model, path, listeners=[stopping(StopError())]).run([CASE])
-    recovered = bs.recover(path)["push"]
-    assert recovered.capacity.sizes["step"] == 5
-    assert same(bs.AnalysisManager.resume(path)["push"].capacity, whole.capacity)
-
-
 def test_a_curve_of_another_model_is_told(model, tmp_path):
     path = tmp_path / "run.h5"
     bs.run(model, CASE, path)
@@ -99,6 +90,30 @@ def test_a_curve_of_another_model_is_told(model, tmp_path):
     seal_again(path)
     with pytest.raises(bs.errors.FormatError, match="block names of the capacity curve"):
         bs.open_analysis(path)
+
+
+def test_how_a_curve_ended_is_kept_when_a_later_case_is_killed(tmp_path):
+    """With a bar that has broken by then."""
+    model, path = block_on_a_bar(), tmp_path / "run.h5"
+    pushover = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=8)
+    after = bs.LimitCase("after", SELF_WEIGHT, push(1, 0, 0), "associative")
+    kept = []
+
+    def kill(event):
+        if isinstance(event, CaseFinished):
+            kept.append(event.result)
+        if isinstance(event, CaseStarted) and event.case.name == "after":
+            raise StopError
+
+    with pytest.raises(StopError):
+        bs.AnalysisManager(model, path, listeners=[kill]).run([pushover, after])
+    bs.AnalysisManager.resume(path)
+    whole, read = kept[0], bs.open_analysis(path)["push"]
+    assert not whole.broken_ties.empty
+    assert read.broken_ties.equals(whole.broken_ties)
+    assert read.capacity.identical(whole.capacity)
+    assert str(read.outcome) == str(whole.outcome)
+    assert read.curve_outcome.text == whole.curve_outcome.text
 
 
 def test_a_spread_has_one_curve(model):

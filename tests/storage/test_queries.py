@@ -82,17 +82,6 @@ def test_the_most_used_interfaces():
     assert history.blockstruct.top()["ground|block"] == pytest.approx(0.4 / 0.65, rel=1e-5)
 
 
-def test_top_is_ranked(history, small_analysis):
-    top = history.blockstruct.top(5)
-    assert len(top) == 5
-    assert top.is_monotonic_decreasing
-    sliding = set(history.blockstruct.interfaces("sliding"))
-    assert sliding & set(top.index)
-    N = small_analysis[NAME].resultants.force.sel(component="n")
-    pressed = history.blockstruct.top(3, by=N, iteration=0)
-    assert pressed.tolist() == sorted(N[0].to_numpy(), reverse=True)[:3]
-
-
 def test_forces_and_resultants_of_an_interface(history, small_analysis):
     name = str(history.interface.values[3])
     index = np.flatnonzero(history.interface_of_contact_point.values == 3)
@@ -105,12 +94,6 @@ def test_forces_and_resultants_of_an_interface(history, small_analysis):
     for key, values in history.blockstruct.resultants(name, plain=True).items():
         np.testing.assert_allclose(values, expected[key].values, rtol=1e-12, atol=1e-12)
     assert history.blockstruct.resultants(name)["moment"].units == bs.units.ureg.newton * bs.units.ureg.meter
-
-
-def test_quantities(history):
-    force = history.blockstruct.quantity("contact_force", iteration=-1, component="n")
-    assert force.to("kN").magnitude.sum() == pytest.approx(history.contact_force[-1, :, 0].sum() / 1000)
-    assert history.blockstruct.quantity("load_factor", iteration=0).dimensionless
 
 
 def test_differences(history, small_analysis):
@@ -219,11 +202,6 @@ def test_a_stored_analysis_is_reproduced(small_analysis, tmp_path):
     assert found.agrees(1e-9)
     assert found.versions == {"clarabel": ("0.0.1", small_analysis.versions["clarabel"])}
     assert found.cases["same_question"].all()
-
-
-def test_the_name_of_a_file_is_not_reproduced():
-    with pytest.raises(bs.errors.ModelError, match=r"reproduce: str is not an analysis; give bs\.open_analysis"):
-        bs.reproduce("run.h5")
 
 
 def test_what_is_not_reproduced_is_told(small_analysis):

@@ -6,8 +6,6 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import StateDone
-from blockstruct.storage import is_unfinished
-from processes import FRESH
 from structures import SELF_WEIGHT, model_of, single_block
 
 
@@ -39,33 +37,6 @@ def test_a_response_is_opened_as_it_was(stored):
         assert result.case == analysis[name].case
         assert result.status is analysis[name].status
         assert all("units" in v.attrs for n, v in result.response.data_vars.items() if not n.endswith("us_of_contact"))
-
-
-def run(path, report):
-    def tell(event):
-        if isinstance(event, StateDone):
-            report.send((event.case.name, event.index))
-
-    bs.AnalysisManager(model(), path, listeners=[tell]).run(cases())
-
-
-def test_a_killed_response_is_resumed(stored, tmp_path):
-    analysis, _ = stored
-    path = tmp_path / "killed.h5"
-    here, there = FRESH.Pipe(duplex=False)
-    process = FRESH.Process(target=run, args=(path, there))
-    process.start()
-    while here.recv() != ("along", 9):
-        pass
-    process.kill()
-    process.join()
-    assert is_unfinished(path)
-    seen = []
-    done = bs.AnalysisManager.resume(path, listeners=[lambda event: seen.append(event)])
-    anew = [event.index for event in seen if isinstance(event, StateDone) and event.case.name == "along"]
-    assert anew[0] > 0
-    for name, result in done.items():
-        assert result.response.identical(analysis[name].response)
 
 
 def test_an_interrupted_response_is_continued(stored, tmp_path):

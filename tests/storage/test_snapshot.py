@@ -103,12 +103,6 @@ def test_a_result_can_be_sent_to_another_process(path, small_analysis):
     assert sent.history.identical(small_analysis["push associative"].history)
 
 
-def test_an_attribute_that_is_not_there_is_named(path):
-    result = bs.open_analysis(path)["push associative"]
-    with pytest.raises(AttributeError, match="no attribute 'histroy'"):
-        _ = result.histroy
-
-
 def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):
     with h5py.File(copy, "r+") as file:
         file.attrs["note"] = "mine"
@@ -154,10 +148,3 @@ def test_absurdly_many_groups_are_refused_without_a_look_into_them(copy, group, 
         with pytest.raises(bs.errors.FormatError, match=r"absurd|not those that the attribute cases"):
             read(copy)
     assert len(looked) < 1000
-
-
-def test_resume_of_a_finished_file_says_that_nothing_is_left(copy, call):
-    code, out, _ = call("resume", copy)
-    assert code == 0
-    assert "nothing was left to run" in out
-    assert "written" not in out

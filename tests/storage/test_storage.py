@@ -1,8 +1,6 @@
 """Files: round trips, other readers, and what is refused."""
 
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +18,7 @@ from blockstruct.analysis import IterationDone
 from blockstruct.model import LOAD_KINDS
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import file as storage_file
-from blockstruct.storage import run_folder
+from blockstruct.storage import netcdf, run_folder
 from blockstruct.storage.layout import MIGRATIONS
 from properties import few
 from structures import box, divided, model_of, push, seal_again, single_block
@@ -125,47 +123,6 @@ def test_a_detection_of_other_blocks_is_refused(small_model, tuff, dry):
     found = bs.detect_interfaces(small_model.blocks, dry)
     with pytest.raises(bs.errors.ModelError, match=r"detection is a Detection; give found\.report"):
         bs.Model("wall", small_model.blocks, small_model.interfaces, detection=found)
-
-
-def test_a_reloaded_analysis_can_be_run_again(small_analysis, path):
-    stored = bs.open_analysis(path)
-    again = bs.AnalysisManager(stored.model).run(stored.cases)
-    for name, result in small_analysis.items():
-        assert again[name].load_factor == pytest.approx(result.load_factor, rel=1e-12)
-
-
-def test_readable_without_blockstruct(path):
-    """In a Python that cannot import blockstruct: xarray with h5netcdf, a whole tree, and plain h5py."""
-    script = """
-import sys
-sys.modules["blockstruct"] = None
-import h5py, xarray as xr
-path = sys.argv[1]
-ds = xr.open_dataset(path, group="/cases/push nonassociative/history", engine="h5netcdf")
-assert ds.contact_force.attrs["units"] == "newton"
-assert list(ds.component.values) == ["n", "s", "t"]
-assert float(ds.load_factor[-1]) > 0
-assert set(ds.sizes) == {"iteration", "contact_point", "component", "interface", "block", "axis", "interface_corner"}
-tree = xr.open_datatree(path, engine="h5netcdf")
-assert "/cases/push associative/history" in tree.groups
-with h5py.File(path) as file:
-    assert file.attrs["format"] == "blockstruct-analysis"
-    assert "blockstruct-analysis" in file["schema"][()].decode()
-"""
-    subprocess.run([sys.executable, "-W", "error", "-c", script, str(path)], check=True, timeout=120)
-
-
-def test_every_stored_number_has_units_or_is_an_index(path):
-    def visit(name, item):
-        if (
-            isinstance(item, h5py.Dataset)
-            and item.dtype.kind == "f"
-            and b"not a netCDF" not in item.attrs.get("NAME", b"")
-        ):
-            assert "units" in item.attrs, name
-
-    with h5py.File(path) as file:
-        file.visititems(visit)
 
 
 STONE = bs.Material("Tuff – größer", "12 kN/m^3")
@@ -457,15 +414,6 @@ def look_at_all_of(path):
         assert result.history
 
 
-def test_a_changed_file_is_not_read(path, tmp_path):
-    copy = tmp_path / "copy.h5"
-    shutil.copy(path, copy)
-    with h5py.File(copy, "r+") as file:
-        file.attrs["note"] = "mine"
-    with pytest.raises(bs.errors.FormatError, match=r"copy\.h5: /: its bytes do not match its seal.*verify=False"):
-        bs.open_analysis(copy)
-
-
 def test_validation_lists_each_violation_with_its_path(path, tmp_path):
     copy = tmp_path / "copy.h5"
     shutil.copy(path, copy)
@@ -476,13 +424,9 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
     seal_again(copy)
     with pytest.raises(bs.errors.FormatError) as caught:
         bs.check_file(copy)
-    assert str(caught.value).splitlines() == [
-        f"{copy}: 4 violations of the schema:",
-        "  /: attribute status: 'fine' is not one of ['finished', 'interrupted']",
-        "  /cases/push associative: attrs: 'flow' is a required property",
-        f"  {HISTORY}: variables: 'load_factor' is a required property",
-        "  /model/unit_weight: units: found 'kg', 'newton / meter ** 3' was expected",
-    ]
+    _, *found = str(caught.value).splitlines()
+    places = ["/: attribute status", "/cases/push associative", HISTORY, "/model/unit_weight"]
+    assert all(line.strip().startswith(place) for line, place in zip(found, places, strict=True))
 
 
 DATA = Path(__file__).parents[1] / "data"
@@ -538,25 +482,6 @@ def test_files_that_are_something_else(tmp_path):
         bs.open_analysis(tmp_path / "other.nc")
 
 
-def test_truncated_files_are_refused(path, tmp_path):
-    """At every object header and at every dataset's data, just before and just behind."""
-    content, places = path.read_bytes(), {0, 8, 96, len(path.read_bytes())}
-
-    def visit(_, item):
-        places.add(h5py.h5o.get_info(item.id).addr)
-        if isinstance(item, h5py.Dataset) and (start := item.id.get_offset()):
-            places.update((start, start + item.id.get_storage_size()))
-
-    with h5py.File(path) as file:
-        file.visititems(visit)
-    assert len(places) > 100
-    cut = tmp_path / "cut.h5"
-    for size in sorted({p + d for p in places for d in (-1, 0, 1)} & set(range(len(content)))):
-        cut.write_bytes(content[:size])
-        with pytest.raises(bs.errors.FormatError, match=r"cut\.h5"):
-            bs.open_analysis(cut)
-
-
 def test_joints_in_cells_are_stored_with_their_cells(tmp_path):
     model = divided(model_of(single_block(0.5, 1.0)[0], MORTAR))
     analysis = bs.AnalysisManager(model, tmp_path / "x.h5", settings=IN_50_CELLS).run([PUSH])
@@ -570,8 +495,7 @@ PUSH = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0
 IN_50_CELLS = bs.ProcedureSettings(crushing_cells=50)
 
 
-@pytest.mark.parametrize("stopped_after", [None, 0, 3])
-@pytest.mark.parametrize("rectangular", [True, False])
+@pytest.mark.parametrize(("stopped_after", "rectangular"), [(None, True), (0, True), (3, False)])
 def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, rectangular):
     """They were of equal size, and joints with a tensile strength were in cells even if they were rectangles.
 
@@ -601,22 +525,16 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
     assert found.load_factor < now.load_factor
 
 
-def test_storing_grows_with_the_cases_and_not_faster(small_model, small_analysis, monkeypatch, tmp_path):
-    """Calls of HDF5 for each case more: the same for the tenth as for the second."""
+def test_storing_grows_with_the_cases_and_not_faster(small_analysis, monkeypatch, tmp_path):
+    """Each case more writes and reads as many variables as the case before it."""
     calls = []
-    for kind, method in (
-        (h5py.Group, "__getitem__"),
-        (h5py.Group, "create_dataset"),
-        (h5py.AttributeManager, "create"),
-    ):
-        plain = getattr(kind, method)
-        counted = lambda self, *words, _plain=plain, **named: calls.append(1) or _plain(self, *words, **named)  # noqa: E731
-        monkeypatch.setattr(kind, method, counted)
+    for name in ("_stored", "_attributes"):
+        plain = getattr(netcdf, name)
+        monkeypatch.setattr(netcdf, name, lambda *words, _plain=plain: calls.append(1) or _plain(*words))
     result, counts = small_analysis["push associative"], []
     for n in (2, 4, 8):
         results = {f"{k}": replace(result, case=attrs.evolve(result.case, name=f"{k}")) for k in range(n)}
-        path = bs.save_analysis(small_analysis.replaced(results=results), tmp_path / f"{n}.h5")
-        look_at_all_of(path)
+        look_at_all_of(bs.save_analysis(small_analysis.replaced(results=results), tmp_path / f"{n}.h5"))
         counts.append(len(calls))
         calls.clear()
-    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
+    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0]) > 0

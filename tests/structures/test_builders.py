@@ -243,7 +243,7 @@ CUBE = {"size": ["1 m", "1 m", "1 m"], "material": STONE}
             lambda: wall(openings=[bs.structures.Opening("1 m", **OPENING | {"height": "9 m"})]),
         ),
         ("opening 2 overlaps 1.2 m", lambda: wall(openings=[DOOR, bs.structures.Opening("1 m", **OPENING)])),
-        ("opening start -1 m", lambda: bs.structures.Opening("-1 m", **OPENING)),
+        ("Opening start -1 m", lambda: bs.structures.Opening("-1 m", **OPENING)),
         ("'s' 3.1 m 3 m", lambda: wall(sidewalls=[bs.structures.Sidewall("s", "3.1 m", "1 m")])),
         ("'s' opening 1.2 m", lambda: wall(sidewalls=[bs.structures.Sidewall("s", "1.3 m", "1 m")], openings=[DOOR])),
         ("'b' 'a' 0.1 m", lambda: wall(sidewalls=[bs.structures.Sidewall(n, "0.1 m", "1 m") for n in "ab"])),

@@ -91,22 +91,6 @@ def test_report_and_figures_show_the_compass(tower, tmp_path):
     assert figures.overview(bs.directions(tower, SELF_WEIGHT, 2, flow="associative").analysis) == []
 
 
-def test_each_case_with_directions_has_its_compass(tower):
-    from blockstruct.views import figures
-
-    def pushed(flow, angle):
-        along = (np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0)
-        push = bs.LoadPattern(f"{flow} {angle}", [bs.BodyForce(along)])
-        return bs.LimitCase(f"{flow} {angle} deg", SELF_WEIGHT, push, flow)
-
-    flows = ["associative", "nonassociative"]
-    analysis = bs.AnalysisManager(tower).run([pushed(flow, angle) for flow in flows for angle in (0, 90, 180)])
-    assert [name for name, _ in bs.studies.Directions.each_of(analysis)] == flows
-    drawn = figures.overview(analysis)
-    assert [d.name for d in drawn] == ["directions-1", "directions-2"]
-    assert [d.caption.rpartition(": ")[2] for d in drawn] == flows
-
-
 def test_directions_without_a_load_factor_are_told(tower):
     settings = settings_of(procedure="fictitious", max_programs=2)
     with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):
@@ -196,16 +180,6 @@ def test_directions_beside_another_case_along_one_keep_their_summary_and_figure(
     assert directions_text(beside) == directions_text(alone)
     assert [d.name for d in figures.overview(beside)] == ["directions"]
     assert directions_text(bs.AnalysisManager(tower).run([along])) == ""
-
-
-def test_one_direction_twice_in_a_set_is_said(tower):
-    from blockstruct.views import directions_text
-
-    push = bs.LoadPattern("push", [bs.BodyForce("+x")])
-    cases = [bs.LimitCase(f"push {angle} deg", SELF_WEIGHT, push, "associative") for angle in ("0", "0.0")]
-    text = directions_text(bs.AnalysisManager(tower).run(cases))
-    assert "no load factors around the compass:" in text
-    assert "several cases push in one direction" in text
 
 
 @pytest.mark.parametrize("given", ["directions: 4, variable: dead", "vertical: 1, variable: dead", "directions: [30]"])

@@ -163,15 +163,6 @@ def test_bad_documents_name_the_place(document, call, tmp_path, parameters, more
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.filterwarnings("default::blockstruct.errors.StudyWarning")
-def test_failures_are_printed(document, call, tmp_path):
-    path = document({MU: [0.3, -1]})
-    code, out, err = call("study", path, "-o", tmp_path / "runs", "--workers", "1")
-    assert code == 3
-    assert "1 of 2 runs failed" in err
-    assert "failed" in out
-
-
 def test_a_pushover_without_a_curve_is_told_and_exits_with_3(document, call, tmp_path):
     """A block pushed along x does not move along y, the way of the control point."""
     path = document({MU: [0.3, 0.7]})
@@ -213,7 +204,7 @@ def test_failures_alone_are_printed(document, call, tmp_path, parameters, more):
 
 
 def test_an_unreachable_scheduler_is_one_message(document, call, tmp_path, monkeypatch):
-    monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.3)
+    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.3)
     path = document({MU: [0.3]})
     code, _, err = call("study", path, "-o", tmp_path / "runs", "--scheduler", "tcp://127.0.0.1:9")
     assert code == 2

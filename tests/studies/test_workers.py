@@ -150,7 +150,7 @@ def test_a_worker_of_a_cluster_is_killed(cluster, tmp_path):
     ],
 )
 def test_a_scheduler_that_does_not_answer_is_told_at_once(tmp_path, monkeypatch, given, said):
-    monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.5)
     with pytest.raises(bs.errors.ClusterError, match=said):
         bs.study(studied.block, MU, tmp_path / "store", cluster=given)
     assert not (tmp_path / "store").exists()
@@ -159,7 +159,7 @@ def test_a_scheduler_that_does_not_answer_is_told_at_once(tmp_path, monkeypatch,
 def test_a_cluster_without_workers_is_told(tmp_path, monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.5)
     with (
         LocalCluster(n_workers=0, dashboard_address=":0") as empty,
         pytest.raises(bs.errors.ClusterError, match=r"has no worker; start one by `dask worker tcp://"),

@@ -2,13 +2,27 @@
 
 import struct
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 import blockstruct as bs
+from structures import STONE
 
 CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 QUADS = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+
+
+def saved(folder: Path, name: str, content: str | bytes) -> Path:
+    """Path of a new file."""
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def read(folder: Path, name: str, content: str | bytes, **options: object) -> bs.imports.Imported:
+    """Blocks of a mesh in m, of stone."""
+    return bs.imports.read_mesh(saved(folder, name, content), **{"unit": "m", "material": STONE} | options)
 
 
 def obj_text(vertices: Iterable[Sequence[float]] = CUBE, faces: Iterable[Sequence[int]] = QUADS) -> str:
@@ -22,10 +36,10 @@ def fans(faces: Iterable[Sequence[int]]) -> list[tuple[int, int, int]]:
     return [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
 
 
-def stl_bytes(blocks: Iterable[bs.Block], *, inward: bool = False) -> bytes:
+def stl_bytes(blocks: Iterable[bs.Block]) -> bytes:
     """A binary STL file of all blocks, one after the other."""
     triangles = [b.shape.vertices[list(t)] for b in blocks for t in fans(b.shape.faces)]
-    body = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t[::-1] if inward else t).tolist(), 0) for t in triangles)
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t).tolist(), 0) for t in triangles)
     return bytes(80) + struct.pack("<I", len(triangles)) + body
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.geometry import lofted
 from blockstruct.storage.file import seal_of
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -40,6 +41,12 @@ def moved(blocks: Sequence[bs.Block], R: np.ndarray, shift: Sequence[float] = (0
 def box(name: str, origin: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> bs.Block:
     """A box of 20 kN/m³, its origin and size in m."""
     return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
+
+
+def extruded(name: str, outline: Sequence[Sequence[float]], low: float, high: float) -> bs.Block:
+    """A vertical prism of 20 kN/m³ over a counter-clockwise outline in plan, m."""
+    vertices, faces = lofted(*(np.array([(*p, z) for p in outline], dtype=float) for z in (low, high)))
+    return bs.Block.from_faces(name, Q_(vertices, "m"), faces, STONE)
 
 
 def single_block(b: float, h: float, t: float = 1.0, mu: float = 0.65) -> tuple[list[bs.Block], bs.JointMaterial]:
@@ -98,6 +105,20 @@ def solve(
     """Result of one case."""
     case = bs.LimitCase("case", dead, variable, flow)
     return bs.AnalysisManager(model, settings=settings_of(**settings)).run([case])["case"]
+
+
+def kept(model: bs.Model, case: bs.model.Case, folder: Path) -> bs.Analysis:
+    """The analysis of a case from a file, after checks that files and documents keep the model and the result."""
+    ran, stored = bs.run(model, case, folder / "kept.h5", progress=False), bs.open_analysis(folder / "kept.h5")
+    assert stored[case.name].history.identical(ran[case.name].history)
+    assert bs.results.contradictions(stored) == []
+    order = [i.name for i in model.interfaces]
+    for name in ("kept.yaml", "kept.json"):
+        read = bs.read_document(bs.write_document(folder / name, model, [case])).model
+        # Documents list interfaces by their joint material.
+        interfaces = sorted(read.interfaces, key=lambda i: order.index(i.name))
+        assert bs.Model(read.name, read.blocks, interfaces).hash == stored.model.hash == model.hash
+    return stored
 
 
 def seal_again(path: Path) -> None:

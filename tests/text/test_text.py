@@ -8,7 +8,7 @@ import pytest
 
 from blockstruct import text
 from blockstruct.limit import Outcome
-from blockstruct.text import LOAD_FACTOR, Answer, Note, NoteCode, Severity
+from blockstruct.text import LOAD_FACTOR, Answer, NoteCode
 from blockstruct.text import assessment as a
 from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status
 
@@ -93,18 +93,34 @@ def test_a_settled_bounded_number_has_no_caveat():
 
 
 @pytest.mark.parametrize(
-    ("ratio", "facts", "words"),
+    ("ratio", "satisfied", "words"),
     [
-        (np.nan, {}, "not checked: no spectrum of this limit state"),
-        (1.2, {"satisfied": True}, "satisfied"),
-        (0.9, {"satisfied": True}, "below 1, but satisfied: a_g,SLV counts as no less than a_g,SLD (C8.7.1.2.1.8)"),
-        (0.9, {}, "not satisfied"),
-        (1.2, {}, "not satisfied: a weaker ground motion already demands as much"),
+        (np.nan, False, "not checked: no spectrum of this limit state"),
+        (1.2, True, "satisfied"),
+        (0.9, True, "below 1, but satisfied: a_g,SLV counts as no less than a_g,SLD (C8.7.1.2.1.8)"),
+        (0.9, False, "not satisfied"),
+        (1.2, False, "not satisfied: a weaker ground motion already demands as much"),
     ],
 )
-def test_outcomes_of_limit_states(ratio, facts, words):
-    facts = {"satisfied": False} | facts
-    assert a.state_outcome("SLV, linear", ratio, **facts) == words
+def test_outcomes_of_limit_states(ratio, satisfied, words):
+    assert a.state_outcome("SLV, linear", ratio, satisfied=satisfied) == words
+
+
+def test_every_end_has_its_sentence():
+    for status in Status:
+        for reason in Reason:
+            outcome = Outcome(status, 0.3, reason, Procedure.FICTITIOUS, path_end=PathEnd.CLOSED)
+            assert text.why(outcome, LOAD_FACTOR)
+            assert text.sentence(outcome, LOAD_FACTOR)
+        assert text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
+    ends = {text.sentence(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end), LOAD_FACTOR) for end in PathEnd}
+    assert len(ends) == len(PathEnd)
+
+
+def test_the_ends_of_a_range_have_one_unit():
+    moment = Answer("reaction", "R", "moment")
+    assert moment.ends((2256.8, 456.3)) == ("0.4563 kN·m", "2.257 kN·m")
+    assert moment.format(-456.3, alongside=np.inf) == moment.format(-456.3) == "-456.3 N·m"
 
 
 @pytest.mark.parametrize(("of_sld", "at"), [(False, "equal at a_g"), (True, "borne is a_g = a_g,SLD")])
@@ -130,10 +146,6 @@ def test_a_tie_that_reaches_its_limit():
     )
 
 
-def test_a_note_is_its_text():
-    assert str(Note(NoteCode.MASSES, Severity.INFO, "Words.")) == "Words."
-
-
 @pytest.mark.parametrize(
     ("radii", "words"),
     [
@@ -146,7 +158,7 @@ def test_assumptions_on_corners(small_model, radii, words):
     flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
     corners = {f"push {k}": radius for k, radius in enumerate(radii)}
     scope = text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
-    (sentence,) = [s for s in text.assumption_sentences(small_model, scope, [], [], "") if "pushover follows" in s]
+    (sentence,) = [s for s in text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s]
     assert sentence.endswith(words)
 
 

@@ -12,6 +12,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from structures import solve as solve_pattern
 
 UNIT_WEIGHT = 12e3
 HEIGHT, LENGTH = 0.175, 0.4
@@ -34,9 +35,7 @@ def panel(courses: int, units: int, strength: float, depth: float = 0.2) -> bs.M
 
 
 def solve(model: bs.Model, direction: str, flow: str = "nonassociative", **settings) -> bs.CaseResult:
-    dead, push = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce(direction)])
-    case = bs.LimitCase("push", dead, push, flow=flow)
-    return bs.run(model, [case], settings=bs.ProcedureSettings(**settings))["push"]
+    return solve_pattern(model, bs.LoadPattern("push", [bs.BodyForce(direction)]), flow, **settings)
 
 
 def rocking(courses: int, depth: float, strength: float) -> float:
@@ -50,28 +49,21 @@ def assert_found_by_the_loop(result: bs.CaseResult) -> None:
     assert result.n_iterations <= MOST_PROGRAMS
 
 
-@pytest.mark.parametrize("strength", [1.0, 0.5, 0.3, 0.2])
-@pytest.mark.parametrize("courses", [6, 10, 14])
-def test_bonded_panels_out_of_plane(courses, strength):
-    result = solve(panel(courses, 3, strength), "+y", **LOOP)
+@pytest.mark.parametrize(
+    ("courses", "units", "strength", "direction"),
+    [
+        *((courses, 3, strength, "+y") for courses in (6, 10, 14) for strength in (1.0, 0.5, 0.3, 0.2)),
+        *((courses, 6, strength, "-y") for courses in (4, 8) for strength in (0.3, 0.1)),
+        *((6, 1, strength, direction) for strength in (1.0, 0.2, 0.1) for direction in ("+x", "-x", "+y", "-y")),
+    ],
+)
+def test_panels_rock_about_their_stress_block(courses, units, strength, direction):
+    """Bonded panels out of their plane, and stacks about either axis."""
+    result = solve(panel(courses, units, strength), direction, **LOOP)
     assert_found_by_the_loop(result)
     assert result.outcome.settled
-    assert result.load_factor == pytest.approx(rocking(courses, 0.2, strength), rel=1e-7)
-
-
-@pytest.mark.parametrize(("courses", "strength"), [(4, 0.3), (4, 0.1), (8, 0.3), (8, 0.1)])
-def test_wide_panels_out_of_plane(courses, strength):
-    result = solve(panel(courses, 6, strength), "-y", **LOOP)
-    assert_found_by_the_loop(result)
-    assert result.load_factor == pytest.approx(rocking(courses, 0.2, strength), rel=1e-7)
-
-
-@pytest.mark.parametrize("strength", [1.0, 0.2, 0.1])
-@pytest.mark.parametrize(("direction", "depth"), [("+x", LENGTH), ("-x", LENGTH), ("+y", 0.2), ("-y", 0.2)])
-def test_stacks_about_either_axis(direction, depth, strength):
-    result = solve(panel(6, 1, strength), direction, **LOOP)
-    assert_found_by_the_loop(result)
-    assert result.load_factor == pytest.approx(rocking(6, depth, strength), rel=1e-7)
+    depth = LENGTH if direction[1] == "x" else 0.2
+    assert result.load_factor == pytest.approx(rocking(courses, depth, strength), rel=1e-7)
 
 
 @pytest.mark.parametrize("strength", [1.0, 0.5, 0.3, 0.2, 0.1])

@@ -14,9 +14,8 @@ import pytest
 import blockstruct as bs
 from blockstruct.errors import DimensionError, ModelError
 from blockstruct.limit import LimitProblem
-from blockstruct.results.verification import contradictions
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, STONE, box, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, STONE, box, kept, model_of, push, single_block, solve
 
 NEVER = bs.JointMaterial("never slides", math.inf)
 DRY = bs.JointMaterial("dry", 0.4)
@@ -134,18 +133,7 @@ def test_settlement_of_an_abutment():
 
 
 def test_files_and_documents(tmp_path):
-    model = two_stacked()
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
-    ran = bs.run(model, [case], store=tmp_path / "stored.h5", progress=False)
-    stored = bs.open_analysis(tmp_path / "stored.h5")
-    assert stored["push"].history.identical(ran["push"].history)
-    assert not contradictions(stored)
-    for name in ("model.yaml", "model.json"):
-        bs.documents.write_document(tmp_path / name, model, [case])
-        read = bs.documents.read_document(tmp_path / name).model
-        assert {i.name: i.joint_material for i in read.interfaces} == {
-            i.name: i.joint_material for i in model.interfaces
-        }
+    kept(two_stacked(), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0)), tmp_path)
 
 
 def test_constructor():

@@ -11,9 +11,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.results import contradictions
 from refusals import refused
-from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation
+from structures import SELF_WEIGHT, STONE, box, kept, model_of, moved, push, rotation
 
 THICKNESS, LOWER, UPPER = 0.3, 1.2, 1.0
 ALPHA = THICKNESS * (3 * LOWER + 2 * UPPER) / LOWER**2
@@ -21,7 +20,7 @@ REACTION = -20e3 * THICKNESS * UPPER * (ALPHA + THICKNESS / UPPER)
 
 
 def held(name, origin, size, motions):
-    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=motions)
+    return box(name, origin, size, fixed=motions)
 
 
 def wall(motions=("x",), friction=0.7, R=None, shift=(0, 0, 0), **joint):
@@ -144,15 +143,7 @@ def test_bad_motions_are_refused(motions):
 
 def test_files_and_documents_keep_the_motions(tmp_path):
     model = wall(("x", "ry"))
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    analysis = bs.run(model, case, tmp_path / "a.h5")
-    assert contradictions(analysis) == []
-    stored = bs.open_analysis(tmp_path / "a.h5")
+    stored = kept(model, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0)), tmp_path)
     assert [b.held for b in stored.model.blocks] == [b.held for b in model.blocks]
-    assert stored.model.hash == model.hash
     assert len({wall(motions).hash for motions in (False, ("x",), ("x", "ry"))}) == 3
-    assert stored["push"].support_reactions.identical(analysis["push"].support_reactions)
-    bs.check_file(tmp_path / "a.h5")
-    for suffix in ("yaml", "json"):
-        bs.write_document(tmp_path / f"a.{suffix}", model, [case])
-        assert bs.read_document(tmp_path / f"a.{suffix}").model.hash == model.hash
+    assert stored["push"].support_reactions.sizes["support"] == 2

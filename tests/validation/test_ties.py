@@ -213,12 +213,6 @@ def test_least_tie_force_of_several_ties_is_what_they_need():
     assert solve(model.with_ties(strong), push(1, 0, 0)).load_factor == pytest.approx(wanted, rel=1e-6)
 
 
-def test_a_tie_that_is_not_needed_is_said_to_need_no_force():
-    forces = {"high": 7e3, "low": 3.4e-5}
-    solved = bs.ties.LeastTieForce(0.4, bs.Flow.ASSOCIATIVE, forces, None, True, bs.vocabulary.SolverStatus.SOLVED)
-    assert str(solved) == "load factor 0.4: 7 kN in all (high 7 kN, low 0 kN)"
-
-
 def test_least_tie_force_where_none_is_needed_or_none_will_do():
     model = two_ties()
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")

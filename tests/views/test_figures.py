@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
@@ -19,15 +19,16 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
-from blockstruct.views.figures.sheet import _file_names, nearest_to_crushing
-from blockstruct.views.report.pictures import mechanism_picture
-from blockstruct.views.selection import application_points
-from blockstruct.views.solids import Solids, triangles
-from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
+from blockstruct.views.figures.sheet import Drawing, _file_names, nearest_to_crushing
+from blockstruct.views.solids import triangles
+from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, parts
 from blockstruct.views.view import View
-from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, settings_of, single_block, solve
+from refusals import refused
+from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve
 
 mpl.use("Agg")
+
+MODEL, UNKNOWN = bs.errors.ModelError, bs.errors.UnknownNameError
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +43,7 @@ def axes():
 
 def drawn(ax):
     """Faces and lines of the bodies on Axes, each as its path, edge colour and face colour, in the order of drawing."""
-    (found,) = [c for c in ax.collections if isinstance(c, PathCollection) and c.get_zorder() == 1]
+    (found,) = [c for c in ax.collections if isinstance(c, PathCollection) and len(c.get_facecolor())]
     paths, edges, fills = found.get_paths(), found.get_edgecolor(), found.get_facecolor()
     items = list(zip((p.vertices for p in paths), map(tuple, edges), map(tuple, fills), strict=True))
     return [i for i in items if len(i[0]) > 2], [i for i in items if len(i[0]) == 2]
@@ -50,7 +51,8 @@ def drawn(ax):
 
 def arrows(ax, colour):
     """Tails and tips (n, 2) of the arrows of a colour."""
-    found = [c for c in ax.collections if c.get_zorder() == 4 and tuple(c.get_facecolor()[0]) == to_rgba(colour)]
+    arrows = [c for c in ax.collections if isinstance(c, PolyCollection)]
+    found = [c for c in arrows if tuple(c.get_facecolor()[0]) == to_rgba(colour)]
     shapes = np.array([p.vertices[:7] for c in found for p in c.get_paths()])
     return (shapes[:, 0] + shapes[:, 6]) / 2, shapes[:, 3]
 
@@ -86,9 +88,7 @@ def test_every_figure_draws_on_the_axes_it_is_given_with_lengths(wall, draw, loo
 @pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (3.0, 3.0, 3.0), (2.0, 2.0, 0.1)])
 @pytest.mark.parametrize("draw", [figures.structure, figures.mechanism, figures.forces])
 def test_nothing_is_cut_off_in_space(size, draw):
-    stone = bs.Material("stone", "20 kN/m^3")
-    foot = bs.Block.box("foot", Q_([0, 0, -0.1], "m"), Q_([*size[:2], 0.1], "m"), stone, fixed=True)
-    blocks = [foot, bs.Block.box("block", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
+    blocks = [box("foot", [0, 0, -0.1], [*size[:2], 0.1], fixed=True), box("block", [0, 0, 0], size)]
     ax = draw(solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0)), look="3d", ax=axes())
     ax.figure.draw_without_rendering()
     points = np.concatenate([p.vertices for c in ax.collections for p in c.get_paths()])
@@ -126,26 +126,12 @@ def test_combined_states_have_dashes_of_each_colour_in_turn():
         assert sorted(d[0] for d, _ in single) == pytest.approx([start + k * pattern[0] for k in range(len(single))])
 
 
-def test_an_elevation_shows_the_faces_that_look_at_the_reader(wall):
-    model, _ = wall
-    faces, lines = drawn(figures.structure(model, ax=axes()))
-    assert len(faces) == len(model.blocks)
-    assert lines == []
-
-
-@pytest.fixture(scope="module")
-def walls():
+def test_covered_joints_are_hidden():
     """A block behind another, each on the ground and joined to each other, pushed along the joint."""
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    ground = bs.Block.box("ground", Q_([-4, 0, -0.5], "m"), Q_([5, 2, 0.5], "m"), stone, fixed=True)
-    front = bs.Block.box("front", Q_([0, 0, 0], "m"), Q_([1, 0.5, 1], "m"), stone)
-    back = bs.Block.box("back", Q_([0.25, 0.5, 0], "m"), Q_([0.5, 1, 0.8], "m"), stone)
+    front, back = box("front", [0, 0, 0], [1, 0.5, 1]), box("back", [0.25, 0.5, 0], [0.5, 1, 0.8])
     # The back block is named first: the order of drawing is not the order of names.
-    model = model_of([back, front, ground], joint)
-    return solve(model, push(1, 0, 0))
-
-
-def test_covered_joints_are_hidden(walls):
+    blocks = [back, front, box("ground", [-4, 0, -0.5], [5, 2, 0.5], fixed=True)]
+    walls = solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0))
     states = walls.states.isel(iteration=-1).to_series()
     assert "sticking" not in states[["ground|front", "ground|back"]].tolist()
     ax = figures.structure(walls, look="y", ax=axes())
@@ -157,20 +143,6 @@ def test_covered_joints_are_hidden(walls):
     assert all(k < cover for k, _ in hidden)
     # The joint between the two is seen end-on by nobody who looks along y: its outline is not drawn.
     assert all(np.ptp(p[:, 1]) == 0 for _, p in lines)
-
-
-def test_blocks_on_a_slab_hide_it_in_space(walls):
-    # Seen along a slab whose centre is nearer than the blocks on it.
-    (found,) = [
-        c
-        for c in figures.structure(walls.model, look=(180, 10), ax=axes()).collections
-        if isinstance(c, PathCollection)
-    ]
-    colours = [tuple(np.round(c[:3] / c[0], 3)) for c in found.get_facecolor()]
-    support = tuple(np.round(np.array(to_rgba(SUPPORT)[:3]) / to_rgba(SUPPORT)[0], 3))
-    kinds = [c == support for c in colours]
-    assert kinds == sorted(kinds, reverse=True)
-    assert 0 < sum(kinds) < len(kinds)
 
 
 @pytest.mark.parametrize("direction", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
@@ -231,7 +203,13 @@ def test_the_push_is_an_arrow_with_the_load_factor(rocking):
     assert tip[1] == pytest.approx(tail[1]) == pytest.approx(0.4)
     # It points at the structure from the side that the push comes from.
     assert tail[0] < tip[0] < -1
-    assert "α = 0.5" in [t.get_text() for t in ax.texts]
+    (text,) = ax.texts
+    assert text.get_text() == "α = 0.5"
+    ax.figure.draw_without_rendering()
+    # Beside the structure and within the picture.
+    extent = text.get_window_extent()
+    assert ax.bbox.x0 <= extent.x0
+    assert extent.x1 < ax.transData.transform((0, 0))[0]
 
 
 def test_load_arrows_end_at_their_points(rocking):
@@ -243,20 +221,14 @@ def test_load_arrows_end_at_their_points(rocking):
     (tail,), (tip,) = arrows(ax, ACCENT)
     np.testing.assert_allclose(tip, [0.1, 1.0], atol=1e-9)
     assert tail[0] == pytest.approx(0.1)
-    assert tail[1] > 1.0
     _, tips = arrows(ax, FORCE)
     # The block is pushed at its centroid, the roof at its own.
     np.testing.assert_allclose(tips[np.argsort(tips[:, 1])], [[0.2, 0.4], [0.1, 1.0]], atol=1e-9)
     assert [t.get_text() for t in ax.get_legend().get_texts()] == ["dead: 4 kN", "push: 10.4 kN × load factor"]
     assert [d.name for d in figures.drawings(result)][:2] == ["mechanism", "loads"]
-
-
-def test_a_load_at_one_point_is_an_arrow_that_ends_there(rocking):
-    model, _ = rocking
     load = bs.PointLoad("block", Q_([0, 0.5, 0.8], "m"), "[1, 0, 0] kN")
     ax = figures.mechanism(solve(model, bs.LoadPattern("one", [load])), look="y", ax=axes())
-    _, (tip,) = arrows(ax, FORCE)
-    np.testing.assert_allclose(tip, [0, 0.8], atol=1e-9)
+    np.testing.assert_allclose(arrows(ax, FORCE)[1], [[0, 0.8]], atol=1e-9)
 
 
 def test_resultants_lie_on_the_thrust_line(rocking):
@@ -273,74 +245,39 @@ def test_resultants_lie_on_the_thrust_line(rocking):
     assert tips[1][0] - tails[1][0] == pytest.approx(5 / size * np.hypot(across, up))
 
 
-def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_block():
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    boxes = [("ground", -0.5, True), ("lower", 0.0, False), ("upper", 0.5, False)]
-    blocks = [
-        bs.Block.box(name, Q_([0, 0, z], "m"), Q_([0.4, 1, 0.5], "m"), stone, fixed=fixed) for name, z, fixed in boxes
-    ]
-    model = model_of(blocks, joint)
-    result = solve(model, push(1, 0, 0))
-    ax = figures.forces(result, look="y", ax=axes())
-    (lines,) = [c for c in ax.collections if isinstance(c, LineCollection)]
-    (segment,) = lines.get_segments()
+def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_free_block():
+    def thrust(blocks):
+        result = solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0))
+        collections = figures.forces(result, look="y", ax=axes()).collections
+        return [segment for c in collections if isinstance(c, LineCollection) for segment in c.get_segments()]
+
+    size = [0.4, 1, 0.5]
+    lower, upper = box("lower", [0, 0, 0], size), box("upper", [0, 0, 0.5], size)
+    (segment,) = thrust([box("ground", [0, 0, -0.5], size, fixed=True), lower, upper])
     # At α = 0.4 the thrust leaves the base at its edge, x = 0.4, and the upper joint below the upper centroid.
     np.testing.assert_allclose(segment[np.argsort(segment[:, 1])], [[0.4, 0], [0.3, 0.5]], atol=1e-6)
-
-
-def test_no_thrust_passes_through_a_support():
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
-    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
-    towers = [bs.Block.box(f"at {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone) for x in (0, 2)]
-    model = model_of([ground, *towers], joint)
-    ax = figures.forces(solve(model, push(1, 0, 0)), ax=axes())
-    assert not [c for c in ax.collections if isinstance(c, LineCollection)]
-
-
-def with_rounding(result, points):
-    """The result, with forces at some contact points that are a hundred-thousandth of their units."""
-    history = result.history.copy(deep=True)
-    rounding = history.contact_force_unit.to_numpy()[points, None] * [1e-5, 0, 0]
-    history["contact_force"].transpose("iteration", "contact_point", "component")[-1, points] = rounding
-    return dataclasses.replace(result, history=history)
+    towers = [box(f"at {x}", [x, 0, 0], [1, 1, 1]) for x in (0, 2)]
+    assert thrust([box("ground", [0, 0, -1], [3, 1, 1], fixed=True), *towers]) == []
 
 
 def test_forces_that_are_rounding_are_not_drawn(wall):
-    _, result = wall
-    still = with_rounding(result, slice(None))
+    """All forces are a hundred-thousandth of their units."""
+    history = wall[1].history.copy(deep=True)
+    rounding = history.contact_force_unit.to_numpy()[:, None] * [1e-5, 0, 0]
+    history["contact_force"].transpose("iteration", "contact_point", "component")[-1] = rounding
+    still = dataclasses.replace(wall[1], history=history)
     for at in ("interfaces", "contact points"):
-        with pytest.raises(bs.errors.ModelError, match="no forces in iteration"):
+        with refused(bs.errors.ModelError, "no forces"):
             figures.forces(still, at=at, ax=axes())
     assert "forces" not in [d.name for d in figures.drawings(still)]
 
 
-def test_the_line_of_thrust_leaves_out_joints_whose_force_is_rounding(wall):
-    _, result = wall
-    point, _ = application_points(result, -1)
-    pressed = np.isfinite(point).all(axis=1)
-    points = np.flatnonzero(result.history.interface_of_contact_point == np.flatnonzero(pressed)[0])
-    fewer, _ = application_points(with_rounding(result, points), -1)
-    assert np.isfinite(fewer).all(axis=1).sum() == pressed.sum() - 1
-
-
-def test_convergence_draws_every_load_factor(wall):
+def test_convergence_draws_every_load_factor_its_bound_and_the_certificate(wall, rocking):
     _, result = wall
     ax = figures.convergence(result, ax=axes())
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), result.history.load_factor)
     markers = sum(len(line.get_xdata()) for line in ax.lines[1:] if line.get_marker() != "None")
     assert markers == result.n_iterations
-    ax = figures.certificate(result, ax=axes())
-    measures, limits = ax.lines[::2], ax.lines[1::2]
-    assert [len(line.get_ydata()) for line in measures] == [result.n_iterations] * 4
-    s = result.settings.numerics
-    expected = [s.equilibrium_tolerance, s.yield_tolerance, s.interpenetration_tolerance]
-    assert [line.get_ydata()[0] for line in limits] == [*expected, result.certificate.flow_rule_gap_limit]
-    assert ax.get_yscale() == "log"
-
-
-def test_convergence_shows_the_associative_bound_and_the_certified_value(wall, rocking):
-    _, result = wall
-    ax = figures.convergence(result, ax=axes())
     level = {line.get_label(): line.get_ydata()[0] for line in ax.lines}
     bound = float(result.history.load_factor[0])
     assert level[f"associative bound {bound:.4g}"] == bound
@@ -348,42 +285,39 @@ def test_convergence_shows_the_associative_bound_and_the_certified_value(wall, r
     # With associative flow the value is the bound.
     labels = [line.get_label() for line in figures.convergence(rocking[1], ax=axes()).lines]
     assert not [label for label in labels if "bound" in label]
+    ax = figures.certificate(result, ax=axes())
+    measures, limits = ax.lines[::2], ax.lines[1::2]
+    assert [len(line.get_ydata()) for line in measures] == [result.n_iterations] * 4
+    s = result.settings.numerics
+    expected = [s.equilibrium_tolerance, s.yield_tolerance, s.interpenetration_tolerance]
+    assert [line.get_ydata()[0] for line in limits] == [*expected, result.certificate.flow_rule_gap_limit]
 
 
-@pytest.mark.parametrize(("about", "depth"), [("s", 1.0), ("t", 0.4)])
-def test_crushing_domain_of_a_rectangle_is_the_parabola(about, depth):
-    blocks, _ = single_block(0.4, 0.8)
-    strength = 0.2e6
-    joint = bs.JointMaterial("weak", 0.65, compressive_strength=Q_(strength, "Pa"))
-    model = model_of(blocks, joint)
-    result = solve(model, push(1, 0, 0))
-    name = model.interfaces[0].name
-    frame = result.history.interface_frame.isel(interface=0)
+MORTAR = {"cohesion": Q_(60, "kPa"), "tensile_strength": Q_(50, "kPa")}
+
+
+@pytest.mark.parametrize(("about", "strengths", "tension"), [("s", {}, 0), ("t", {}, 0), ("t", MORTAR, 5e4 * 0.4)])
+def test_crushing_domain_of_a_rectangle_is_the_parabola_from_tension_to_compression(about, strengths, tension):
+    model, result = crushing((1, 0, 0), **strengths)
+    name, F = model.interfaces[0].name, 0.2e6 * 0.4
     # s is horizontal but either way round: which extent lies across `about` follows from the frame.
-    across = frame.sel(component="t" if about == "s" else "s").to_numpy()
+    across = result.history.interface_frame.isel(interface=0).sel(component="t" if about == "s" else "s").to_numpy()
     depth = float(np.abs(across) @ [0.4, 1.0, 0.0])
+
+    def largest(N):
+        return (N + tension) * depth / 2 * (1 - (N + tension) / (F + tension))
+
     ax = figures.crushing_domain(result, name, about=about, ax=axes())
-    outline = ax.patches[0].get_path().vertices * [1e3, 1e3]
-    F = strength * 0.4
-    N, M = outline.T
-    np.testing.assert_allclose(np.abs(M), N * depth / 2 * (1 - N / F), atol=1e-6 * F)
-    (n,), (m,) = ax.lines[-1].get_data()
+    N, M = (ax.patches[0].get_path().vertices * 1e3).T
+    np.testing.assert_allclose(np.abs(M), largest(N), atol=1e-6 * F)
+    assert (N.min(), N.max()) == pytest.approx((-tension, F))
+    n, m = 1e3 * ax.lines[-1].get_xydata()[0]
     last = result.resultants.isel(iteration=-1, interface=0)
-    assert n * 1e3 == pytest.approx(float(last.force.sel(component="n")))
-    assert m * 1e3 == pytest.approx(float(last.moment.sel(component=about)))
+    assert n == pytest.approx(float(last.force.sel(component="n")))
+    assert m == pytest.approx(float(last.moment.sel(component=about)))
     assert ax.get_xlabel() == "N [kN]"
-
-
-def test_crushing_domain_of_mortar_reaches_from_tension_to_compression():
-    _, result = crushing((1, 0, 0), cohesion=Q_(60, "kPa"), tensile_strength=Q_(50, "kPa"))
-    ax = figures.crushing_domain(result, "ground|block", about="t", ax=axes())
-    N, M = (ax.patches[0].get_path().vertices * [1e3, 1e3]).T
-    depth, A = 0.4, 0.4
-    np.testing.assert_allclose(np.abs(M), (N + 5e4 * A) * depth / 2 * (1 - (N + 5e4 * A) / (2.5e5 * A)), atol=0.1)
-    assert (N.min(), N.max()) == pytest.approx((-5e4 * A, 2e5 * A))
-    (n,), (m,) = ax.lines[-1].get_data()
-    beyond = 1e3 * n + 5e4 * A
-    assert abs(m * 1e3) == pytest.approx(beyond * depth / 2 * (1 - beyond / (2.5e5 * A)), rel=1e-5)
+    if abs(depth - 0.4) < 1e-9:
+        assert abs(m) == pytest.approx(largest(n), rel=1e-5)
 
 
 def crushing(direction, *, interaction="uniaxial", cells=False, **strengths):
@@ -426,11 +360,6 @@ def test_stress_blocks_are_as_deep_as_the_normal_force_needs():
     # About the resultant, which the crushing keeps half a block's depth off the edge at 0.4 m.
     np.testing.assert_allclose(np.sort(bars[0][:, 0]), [0.4 - N / strength, 0.4], atol=1e-4)
     assert all(edge == to_rgba(FORCE) for _, edge, _ in lines)
-
-
-def test_stress_blocks_need_a_strength(wall):
-    with pytest.raises(bs.errors.ModelError, match="no joint material has a compressive strength"):
-        figures.structure(wall[1], colour="crushing", ax=axes())
 
 
 def test_stress_blocks_of_a_triangle():
@@ -483,14 +412,6 @@ def test_curves_on_one_axes_and_points_at_zero_are_not_cut_off():
     assert len({line.get_color() for line in ax.lines}) == 2
 
 
-@pytest.mark.parametrize("load_factor", [np.nan, np.inf])
-def test_a_curve_without_load_factors_is_empty(load_factor):
-    coords = {"friction_coefficient": [0.5, 0.7]}
-    ax = figures.curve(xr.DataArray([load_factor] * 2, dims="friction_coefficient", coords=coords), ax=axes())
-    ax.figure.savefig(BytesIO())
-    assert ax.get_ylim()[0] <= 0
-
-
 def test_a_single_iteration_has_one_tick(rocking):
     _, result = rocking
     assert result.n_iterations == 1
@@ -510,51 +431,37 @@ def test_triangles_cover_a_concave_polygon():
         assert areas.sum() == pytest.approx(3)
 
 
-def test_edges_of_a_box_are_twelve(wall):
-    model, _ = wall
-    assert len(Solids.of(model).edges) == 12 * len(model.blocks)
-
-
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda m, r: figures.structure(r, iteration=99), bs.errors.UnknownNameError, "no iteration 99; it has 0 to"),
-        (
-            lambda m, r: figures.forces(r, iteration="3"),
-            bs.errors.ModelError,
-            "iteration '3' is not an integer; give 0 to",
-        ),
-        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.errors.ModelError, "iteration 1.5 is not an integer"),
-        (lambda m, r: figures.structure(r, look="front"), bs.errors.ModelError, "give 'x' or 'y'"),
-        (
-            lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")),
-            bs.errors.ModelError,
-            "give plain Axes",
-        ),
-        (lambda m, r: figures.structure(r, look=(1, 2, 3)), bs.errors.ModelError, "azimuth and elevation in degrees"),
-        (lambda m, r: figures.mechanism(m), bs.errors.ModelError, "Model is not a result; give the CaseResult"),
-        (lambda m, r: figures.structure("push"), bs.errors.ModelError, "str is not a result"),
-        (lambda m, r: figures.structure(r, colour="red"), bs.errors.ModelError, "'state', 'sliding' or 'crushing'"),
-        (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.errors.UnitError, "has no unit"),
-        (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.errors.DimensionError, "does not fit"),
-        (lambda m, r: figures.forces(r, at="blocks"), bs.errors.ModelError, "'interfaces' or 'contact points'"),
-        (
-            lambda m, r: figures.crushing_domain(r, "a|b"),
-            bs.errors.UnknownNameError,
-            "no interface 'a|b'; it has base|1.1",
-        ),
-        (lambda m, r: figures.crushing_domain(r, "base|1.1"), bs.errors.ModelError, "no compressive strength"),
-        (lambda m, r: figures.crushing_domain(r, "base|1.1", about="n"), bs.errors.ModelError, "give 's' or 't'"),
-        (lambda m, r: figures.curve(r.history.block_velocity), bs.errors.ModelError, "over one coordinate"),
+        (lambda m, r: figures.structure(r, iteration=99), UNKNOWN, "99 0 -1"),
+        (lambda m, r: figures.forces(r, iteration="3"), MODEL, "iteration '3' 0 -1"),
+        (lambda m, r: figures.mechanism(r, iteration=1.5), MODEL, "iteration 1.5"),
+        (lambda m, r: figures.structure(r, look="front"), MODEL, "'front' 'x' 'y'"),
+        (lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")), MODEL, "'3d' plain"),
+        (lambda m, r: figures.structure(r, look=(1, 2, 3)), MODEL, "(1, 2, 3) degrees"),
+        (lambda m, r: figures.mechanism(m), MODEL, "Model CaseResult"),
+        (lambda m, r: figures.structure("push"), MODEL, "str CaseResult"),
+        (lambda m, r: figures.structure(r, colour="red"), MODEL, "'red' 'state' 'sliding' 'crushing'"),
+        (lambda m, r: figures.structure(r, colour="crushing"), MODEL, "compressive strength"),
+        (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.errors.UnitError, "amplitude 0.1"),
+        (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.errors.DimensionError, "amplitude 3"),
+        (lambda m, r: figures.mechanism(r, colour="body"), MODEL, "'body' 'displacement' 'macro-block'"),
+        (lambda m, r: figures.forces(r, at="blocks"), MODEL, "'blocks' 'interfaces' 'contact"),
+        (lambda m, r: figures.crushing_domain(r, "a|b"), UNKNOWN, "'a|b' base|1.1"),
+        (lambda m, r: figures.crushing_domain(r, "base|1.1"), MODEL, "'base|1.1' compressive strength"),
+        (lambda m, r: figures.crushing_domain(r, "base|1.1", about="n"), MODEL, "'n' 's' 't'"),
+        (lambda m, r: figures.curve(r.history.block_velocity), MODEL, "one coordinate"),
     ],
 )
 def test_bad_input_is_refused_with_a_remedy(wall, call, error, words):
-    with pytest.raises(error) as raised:
+    with refused(error, words):
         call(*wall)
-    assert words in str(raised.value)
 
 
-def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analysis):
+def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analysis, monkeypatch):
+    plain = Drawing.picture
+    monkeypatch.setattr(Drawing, "picture", lambda drawing, file_format="png", dpi=200: plain(drawing, file_format, 20))
     folder = tmp_path / "new" / "figures"
     written = figures.write_figures(small_analysis, folder)
     names = ["mechanism", "loads", "states", "sliding", "forces"]
@@ -562,20 +469,16 @@ def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analys
     assert [p.name for p in written] == [f"{case}-{name}.png" for case, all_ in both.items() for name in all_]
     assert sorted(folder.iterdir()) == sorted(written)
     first = written[0].read_bytes()
-    # 160 mm at 200 dots an inch.
-    assert int.from_bytes(first[16:20], "big") == 1260
-    name = "push associative"
-    one = small_analysis.replaced(results={name: small_analysis[name]})
+    # 6.3 inches, 160 mm.
+    assert int.from_bytes(first[16:20], "big") == 20 * 6.3
+    one = small_analysis.replaced(results={"push associative": small_analysis["push associative"]})
     assert figures.write_figures(one, folder)[0].read_bytes() == first
     (vector, *_) = figures.write_figures(one, folder, file_format="svg", look="3d")
     assert "α = " in vector.read_text(encoding="utf-8")
-
-
-def test_figures_that_cannot_be_written_are_refused(tmp_path, small_analysis):
-    with pytest.raises(bs.errors.ModelError, match="give one of png, svg, pdf"):
+    with refused(bs.errors.ModelError, "png, svg, pdf"):
         figures.write_figures(small_analysis, tmp_path, file_format="bmp")
     (tmp_path / "file").write_text("taken")
-    with pytest.raises(bs.errors.StorageError, match="cannot be made"):
+    with refused(bs.errors.StorageError, "file made"):
         figures.write_figures(small_analysis, tmp_path / "file")
 
 
@@ -584,60 +487,32 @@ def test_names_of_cases_become_different_names_of_files():
     assert list(named.values()) == ["a-b", "a-b-2", "x", "A-B-3", "push-+x-slow", "墙", "case"]
 
 
-def test_a_case_without_iterations_is_refused(small_model):
+def test_cases_without_iterations_or_without_a_mechanism_are_refused(small_model):
     def stop(event):
         raise KeyboardInterrupt
 
     case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
     result = bs.AnalysisManager(small_model, listeners=[stop]).run([case])["case"]
-    for draw in (figures.structure, figures.mechanism, figures.forces):
-        with pytest.raises(bs.errors.ModelError, match="no iteration to show, interrupted"):
+    unbounded = solve(small_model, push(0, 0, -1))
+    for draw in (figures.structure, figures.mechanism, figures.forces, figures.convergence):
+        with refused(bs.errors.ModelError, "no iteration interrupted"):
             draw(result)
-    with pytest.raises(bs.errors.ModelError, match="no iteration to show"):
-        figures.convergence(result)
-
-
-def test_an_unbounded_case_has_no_mechanism_to_draw(small_model):
-    result = solve(small_model, push(0, 0, -1))
-    with pytest.raises(bs.errors.ModelError, match="no mechanism in iteration 0, unbounded"):
-        figures.mechanism(result, ax=axes())
-    with pytest.raises(bs.errors.ModelError, match="no forces in iteration 0"):
-        figures.forces(result, ax=axes())
-    assert figures.structure(result, ax=axes()).get_legend().get_texts()[0].get_text() == "unknown"
-
-
-WITHOUT_EXTRAS = """
-import importlib, sys
-for module, package in {packages}:
-    sys.modules[package] = None
-    try:
-        importlib.import_module("blockstruct.views." + module)
-    except ImportError as error:
-        print(error)
-"""
+    for draw in (figures.mechanism, figures.forces):
+        with refused(bs.errors.ModelError, "iteration 0"):
+            draw(unbounded, ax=axes())
+    assert figures.structure(unbounded, ax=axes()).get_legend().get_texts()[0].get_text() == "unknown"
 
 
 def test_a_missing_extra_is_named():
-    extras = [
-        ("figures", "matplotlib", "viz"),
-        ("page", "plotly", "viz"),
-        ("paraview", "pyvista", "viz"),
-        ("report", "jinja2", "report"),
-    ]
-    code = WITHOUT_EXTRAS.format(packages=[(module, package) for module, package, _ in extras])
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    said = '{} is not installed; it comes with: pip install "blockstruct[{}]"'
-    for line, (_, package, extra) in zip(run.stdout.splitlines(), extras, strict=True):
-        assert line.endswith(said.format(package, extra))
-
-
-def test_the_core_imports_no_extra():
-    extras = {f"blockstruct.views.{name}" for name in ("figures", "page", "paraview", "report")}
-    code = (
-        f"import sys, blockstruct.cli; print({extras | {'matplotlib', 'plotly', 'pyvista', 'vtk'}} & set(sys.modules))"
+    extras = {"figures": ("matplotlib", "viz"), "page": ("plotly", "viz"), "paraview": ("pyvista", "viz")}
+    extras["report"] = ("jinja2", "report")
+    code = "import sys\n" + "".join(
+        f"sys.modules['{package}'] = None\ntry: import blockstruct.views.{module}\nexcept ImportError as e: print(e)\n"
+        for module, (package, _) in extras.items()
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert run.stdout.strip() == "set()"
+    for line, (package, extra) in zip(run.stdout.splitlines(), extras.values(), strict=True):
+        assert line.endswith(f'{package} is not installed; it comes with: pip install "blockstruct[{extra}]"')
 
 
 def test_macro_blocks_are_drawn_in_colours_and_named(rocking):
@@ -645,18 +520,14 @@ def test_macro_blocks_are_drawn_in_colours_and_named(rocking):
     ax = figures.mechanism(result, colour="macro-block", look="y", ax=axes())
     (body,) = result.macro_blocks
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"body 1: {body.weight / 1e3:.4g} kN"]
-    with pytest.raises(bs.errors.ModelError, match="give 'displacement' or 'macro-block'"):
-        figures.mechanism(result, colour="body", ax=axes())
 
 
 def test_a_legend_of_long_names_stays_on_the_picture():
-    blocks = bs.arch(
-        span="6 m", thickness="0.4 m", depth="1 m", voussoirs=11, material=bs.Material("stone", "24 kN/m^3")
-    )
-    model = model_of(blocks, bs.JointMaterial("joint", 0.6))
+    stone = bs.Material("stone", "24 kN/m^3")
+    blocks = bs.arch(span="6 m", thickness="0.4 m", depth="1 m", voussoirs=11, material=stone)
     fill = bs.FillLoad("18 kN/m^3", start=["-3.6 m", "0 m", "0 m"], end=["3.6 m", "1 m", "4 m"])
     dead = bs.LoadPattern("with fill", [bs.SelfWeight(), fill])
-    result = bs.run(model, bs.LimitCase("push", dead, push(1, 0, 0), "associative"))["push"]
+    result = solve(model_of(blocks, bs.JointMaterial("joint", 0.6)), push(1, 0, 0), dead=dead)
     figure = plt.figure(figsize=(6.3, 3.1), layout="constrained")
     ax = figures.mechanism(result, colour="macro-block", ax=figure.add_subplot())
     figure.canvas.draw()
@@ -667,35 +538,11 @@ def test_a_legend_of_long_names_stays_on_the_picture():
 
 
 def test_a_fall_under_dead_load_shows_no_push():
-    blocks = bs.arch(
-        span="4 m", thickness="0.1 m", depth="1 m", voussoirs=9, material=bs.Material("stone", "20 kN/m^3")
-    )
-    result = bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0)))[
-        "push"
-    ]
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = bs.arch(span="4 m", thickness="0.1 m", depth="1 m", voussoirs=9, material=stone)
+    result = solve(model_of(blocks, bs.JointMaterial("joint", 0.6)), push(1, 0, 0), "nonassociative")
     assert result.status == "unstable_under_dead_load"
-    ax = figures.mechanism(result)
-    assert [text.get_text() for text in ax.texts] == []
-    picture = mechanism_picture(result)
-    assert picture["caption"] == "How “push” moves under its dead load alone, to first order: its bodies in colours"
-
-
-def test_the_motion_of_an_unconverged_case_is_marked(small_model):
-    settings = settings_of(procedure="fictitious", max_programs=3)
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    result = bs.AnalysisManager(small_model, settings=settings).run([case])["push"]
-    assert result.status == "not_converged"
-    assert "without a collapse state" in mechanism_picture(result)["caption"]
-
-
-def test_the_load_factor_stands_next_to_an_elevation():
-    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
-    ax = figures.mechanism(result, look="y", iteration=0)
-    ax.figure.canvas.draw()
-    (text,) = ax.texts
-    right = ax.transData.inverted().transform(text.get_window_extent().corners())[:, 0].max()
-    assert right < 0.0
-    assert ax.bbox.x0 <= text.get_window_extent().x0
+    assert [text.get_text() for text in figures.mechanism(result).texts] == []
 
 
 def test_results_plot_themselves(rocking):

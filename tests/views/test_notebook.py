@@ -5,7 +5,7 @@ import json
 import pytest
 
 from blockstruct.views.page import NotebookPage
-from blockstruct.views.page.notebook import _WIDGET
+from blockstruct.views.page.html import _WIDGET
 
 CELL = """<!doctype html><body><div id="cell"></div><script type="module">
 const values = %s, source = new Blob([%s], {type: "text/javascript"});
@@ -16,10 +16,6 @@ const model = {
 };
 const widget = (await import(URL.createObjectURL(source))).default;
 widget.render({ model, el: document.getElementById("cell") });
-</script></body>"""
-#: A saved cell, and a listener that keeps what the page tells.
-SAVED = """<!doctype html><body>%s<script>
-addEventListener("message", event => { window.saved = event.data.blockstruct.name; });
 </script></body>"""
 
 
@@ -50,7 +46,10 @@ def pick(page, frame, name):
 
 
 def test_a_saved_notebook_shows_the_page_without_a_network(browser, shown, small_analysis, tmp_path):
-    (tmp_path / "saved.html").write_text(SAVED % shown._repr_html_(), encoding="utf-8")
+    """A saved cell, and a listener that keeps the name of what is picked."""
+    listener = 'addEventListener("message", event => { window.saved = event.data.blockstruct.name; });'
+    saved = f"<!doctype html><body>{shown._repr_html_()}<script>{listener}</script></body>"
+    (tmp_path / "saved.html").write_text(saved, encoding="utf-8")
     page, frame = drawn(browser, tmp_path / "saved.html")
     assert frame.inner_text("#name") == small_analysis.model.name
     name = small_analysis.model.interfaces[2].name
@@ -69,12 +68,9 @@ def test_the_widget_takes_over_what_is_picked(browser, shown, small_analysis, tm
     page.close()
 
 
-def test_an_analysis_shows_itself_in_the_cell(small_analysis, monkeypatch):
+def test_an_analysis_shows_itself_in_the_cell(small_analysis, shown, monkeypatch):
     monkeypatch.setattr("blockstruct.results.analysis.in_notebook", lambda: True)
     assert small_analysis.view()._repr_html_().startswith("<iframe srcdoc=")
-
-
-def test_the_widget_holds_the_name(shown):
     pytest.importorskip("anywidget")
     assert shown.picked is None
     shown.widget.picked = "1.1|2.1"

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct import Q_
 from blockstruct.analysis import CaseStarted
-from blockstruct.views.loads import load_arrows
+from blockstruct.results import is_pressed
 from blockstruct.views.page import page_html, write_page
 from blockstruct.views.page.payload import payload
-from blockstruct.views.selection import is_pressed
 from blockstruct.views.style import AMPLITUDE
+from blockstruct.views.view import load_arrows
 from blockstruct.views.words import spread_words, status_words
+from refusals import refused
 from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block
 
 #: Traces of the scene.
@@ -64,17 +64,6 @@ def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
         np.testing.assert_array_equal(states, result.states.to_numpy())
 
 
-def test_the_page_names_the_pushed_masses():
-    model = model_of(*single_block(0.4, 0.8))
-    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
-    done = bs.AnalysisManager(model).run([bs.LimitCase("push", dead, push(1, 0, 0), "associative")])
-    (case,) = payload(done)["cases"]
-    assert case["loads"].startswith(
-        "dead + load factor × push, associative flow. Pushed weight: 6.4 kN masonry + 1.6 kN"
-    )
-    assert "1.6 kN area loads" in case["loads"]
-
-
 def test_the_page_has_the_loads():
     """Dead load besides the weight of the blocks, variable load; each to its own largest force, at its block."""
     model = model_of(*single_block(0.4, 0.8))
@@ -83,11 +72,11 @@ def test_the_page_has_the_loads():
         bs.LimitCase("push", dead, push(1, 0, 0), "associative"),
         bs.SettlementCase("sinks", dead, ["ground"], "-z", flow="associative"),
     ]
-    pushed, settles = (case["arrows"] for case in payload(bs.run(model, cases))["cases"])
-    assert [arrows["grows"] for arrows in pushed] == [False, True]
-    assert [arrows["grows"] for arrows in settles] == [False]
-    (roof,) = unpacked(settles[0]["vector"], "<f4", -1, 3)
-    np.testing.assert_allclose(roof, [0, 0, -1])
+    of_push, of_settlement = payload(bs.run(model, cases))["cases"]
+    assert "Pushed weight: 6.4 kN masonry + 1.6 kN area loads" in of_push["loads"]
+    pushed, settles = of_push["arrows"], of_settlement["arrows"]
+    assert [[arrows["grows"] for arrows in case] for case in (pushed, settles)] == [[False, True], [False]]
+    np.testing.assert_allclose(unpacked(settles[0]["vector"], "<f4", -1, 3), [[0, 0, -1]])
     top = max(v[2] for v in model.block("block").shape.vertices)
     assert unpacked(settles[0]["point"], "<f4", -1, 3)[0, 2] == pytest.approx(top)
     vectors = unpacked(pushed[1]["vector"], "<f4", -1, 3)
@@ -98,36 +87,23 @@ def test_the_page_has_the_loads():
 
 def test_the_page_asks_nothing_of_the_network(html):
     bare = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
-    assert "default-src 'none'" in bare
-    assert "form-action 'none'" in bare
-    assert "http://" not in bare
-    assert "https://" not in bare
-    assert "<b>wall" not in bare
+    assert [word for word in ("default-src 'none'", "form-action 'none'") if word not in bare] == []
+    assert [word for word in ("http://", "https://", "<b>wall") if word in bare] == []
 
 
-def test_the_page_is_written_whole_or_not_at_all(analysis, tmp_path):
+def test_the_page_is_written_whole_or_not_at_all(analysis, small_model, tmp_path):
     target = write_page(analysis, tmp_path / "page.html")
     assert target.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert [p.name for p in tmp_path.iterdir()] == ["page.html"]
-    with pytest.raises(bs.errors.StorageError, match="cannot be written"):
+    with refused(bs.errors.StorageError, "page.html written"):
         write_page(analysis, tmp_path / "nowhere" / "page.html")
 
-
-def test_an_analysis_without_iterations_is_refused(small_model):
     def stop(event):
         raise KeyboardInterrupt
 
-    case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
-    analysis = bs.AnalysisManager(small_model, listeners=[stop]).run([case])
-    with pytest.raises(bs.errors.ModelError, match="no case has an iteration to show"):
-        page_html(analysis)
-
-
-def test_a_case_without_load_factor_has_a_page_too(small_model):
-    case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
-    html = page_html(bs.AnalysisManager(small_model).run([case]))
-    assert '"head":{"number":"infinite","below":[]}' in html
-    assert '"answers":[null]' in html
+    cut = bs.AnalysisManager(small_model, listeners=[stop]).run([bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))])
+    with refused(bs.errors.ModelError, "iteration interrupted"):
+        page_html(cut)
 
 
 @pytest.fixture(scope="module")
@@ -150,16 +126,19 @@ def test_places_are_kept_far_from_the_origin(surveyed):
 
 
 def test_the_page_has_the_spread_of_a_case(small_model):
+    """The number of every run is that of the case as given, which is opened first."""
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     analysis = bs.AnalysisManager(small_model).run([case], spread="half steps")
-    spread, cases = analysis.spread("push"), payload(analysis)["cases"]
-    given, *others = ([*case["head"]["below"], case["status"]] for case in cases)
-    assert len(others) == 2
-    assert {case["head"]["number"] for case in cases} == {spread.headline.number}
-    said = [status_words(r) for r in analysis.values()]
-    assert given == [spread_words(spread), said[0]]
-    assert others == [[said[0], spread_words(spread), words] for words in said[1:]]
-    assert sum(text.count(spread.headline.range) for text in given) == 1
+    spread, data = analysis.spread("push"), payload(analysis)
+    assert (data["first"], data["cases"][0]["name"]) == (0, "push")
+    given, *others = ([*case["head"]["below"], case["status"]] for case in data["cases"])
+    assert {case["head"]["number"] for case in data["cases"]} == {spread.headline.number}
+    words = [status_words(r) for r in analysis.values()]
+    assert given == [spread_words(spread), words[0]]
+    assert others == [[words[0], spread_words(spread), own] for own in words[1:]]
+    stages = {stage for case in data["cases"] for stage in case["stage"]}
+    assert "loading path" in stages
+    assert not any("_" in stage for stage in stages)
 
 
 @contextmanager
@@ -223,52 +202,38 @@ def coordinates(page, trace):
 def test_the_sliders_move_the_blocks(page, analysis):
     model, result = analysis.model, next(iter(analysis.values()))
     still = np.concatenate([b.shape.vertices for b in model.blocks])
-    slide(page, "amplitude", "0")
-    np.testing.assert_allclose(coordinates(page, 1), still, atol=1e-6)
-    slide(page, "amplitude", "0.1")
-    moved = coordinates(page, 1)
     size = np.ptp(still, axis=0).max()
-    of_vertex = np.repeat(np.arange(len(model.blocks)), 8)
-    translation = np.array([(moved - still)[of_vertex == b].mean(axis=0) for b in range(len(model.blocks))])
-    np.testing.assert_allclose(translation, 0.1 * size * result.mechanism.translation, atol=2e-3 * size)
+
+    def middles():
+        return (coordinates(page, BLOCKS) - still).reshape(len(model.blocks), 8, 3).mean(axis=1)
+
+    # As it is opened: names are text and never markup.
+    assert page.inner_text("#name") == HOSTILE
+    assert page.inner_text("#case option:first-child") == "<i>associative</i>"
+    assert page.inner_text("#load-factor") == f"{result.load_factor:.4g}"
+    assert page.evaluate("document.getElementById('view').data[1].opacity") == 1
+    np.testing.assert_allclose(middles(), AMPLITUDE * size * result.mechanism.translation, atol=2e-3 * size)
+    slide(page, "amplitude", "0")
+    np.testing.assert_allclose(coordinates(page, BLOCKS), still, atol=1e-6)
+    slide(page, "amplitude", "0.1")
+    np.testing.assert_allclose(middles(), 0.1 * size * result.mechanism.translation, atol=2e-3 * size)
     slide(page, "case", "1")
     n = list(analysis.values())[1].n_iterations
     assert page.inner_text("#iteration-value").startswith(f"{n - 1} of {n - 1}, admissible")
-    last = coordinates(page, 1)
+    last = coordinates(page, BLOCKS)
     slide(page, "iteration", "0")
     assert page.inner_text("#iteration-value").startswith(f"0 of {n - 1}, associative")
-    assert np.abs(coordinates(page, 1) - last).max() > 1e-4
+    assert np.abs(coordinates(page, BLOCKS) - last).max() > 1e-4
 
 
 def test_the_toolbar_has_no_button_that_sends_anything(page):
-    found = page.evaluate("Array.from(document.querySelectorAll('.modebar-btn'), b => b.dataset.title)")
+    titles = page.evaluate("Array.from(document.querySelectorAll('.modebar-btn'), b => b.dataset.title)")
     # Some versions of plotly write png in small letters.
-    assert [title.lower() for title in found] == [
-        "download plot as a png",
-        "zoom",
-        "pan",
-        "orbital rotation",
-        "turntable rotation",
-        "reset camera to default",
-    ]
+    expected = "download plot as a png, zoom, pan, orbital rotation, turntable rotation, reset camera to default"
+    assert ", ".join(titles).lower() == expected
     for view in ("view", "convergence"):
-        context = page.evaluate(
-            f"(({{plotlyServerURL, showSendToCloud}}) => [plotlyServerURL, showSendToCloud])"
-            f"(document.getElementById('{view}')._context)"
-        )
-        assert context == ["", False]
-
-
-def test_the_page_opens_with_the_mechanism_moved_and_blocks_opaque(page, analysis):
-    model, result = analysis.model, next(iter(analysis.values()))
-    still = np.concatenate([b.shape.vertices for b in model.blocks])
-    moved = coordinates(page, BLOCKS) - still
-    middle = moved.reshape(len(model.blocks), 8, 3).mean(axis=1)
-    size = np.ptp(still, axis=0).max()
-    np.testing.assert_allclose(middle, AMPLITUDE * size * result.mechanism.translation, atol=2e-3 * size)
-    assert page.evaluate("document.getElementById('view').data[1].opacity") == 1
-    assert "numerical iteration" in page.inner_text("label:has(#iteration)")
-    assert page.inner_text("#load-factor") == f"{result.load_factor:.4g}"
+        context = f"document.getElementById('{view}')._context"
+        assert page.evaluate(f"[{context}.plotlyServerURL, {context}.showSendToCloud]") == ["", False]
 
 
 def test_the_ends_of_a_balanced_beam_stay_near_it(browser, tmp_path):
@@ -307,37 +272,14 @@ def test_nothing_lies_in_the_face_of_a_block(page, analysis):
 
 
 def test_the_mechanism_plays_when_asked_and_stops(page):
-    moved = coordinates(page, BLOCKS)
+    moved, amplitude = coordinates(page, BLOCKS), "Number(document.getElementById('amplitude').value)"
     page.click("#play")
-    seen: set[float] = set()
-    for _ in range(40):
-        page.wait_for_timeout(50)
-        seen.add(page.evaluate("Number(document.getElementById('amplitude').value)"))
-        if len(seen) > 3:
-            break
-    assert len(seen) > 3
-    assert max(seen) <= AMPLITUDE
+    page.wait_for_function(f"({amplitude} !== {AMPLITUDE}) && ({amplitude} <= {AMPLITUDE})")
     page.click("#play")
     page.wait_for_function("document.getElementById('play').textContent.includes('play')")
     page.wait_for_timeout(500)
     settle(page)
     np.testing.assert_allclose(coordinates(page, BLOCKS), moved)
-
-
-def test_the_page_of_a_spread_opens_with_the_run_as_given(browser, small_model, tmp_path):
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    analysis = bs.AnalysisManager(small_model).run([case], spread="steep")
-    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
-        assert page.evaluate("document.getElementById('case').selectedOptions[0].text") == "push"
-        for index in range(3):
-            slide(page, "case", str(index))
-            # That of the case, whichever run is shown.
-            assert page.inner_text("#load-factor") == f"{analysis['push'].load_factor:.4g}"
-
-
-def test_names_are_text_and_never_markup(page):
-    assert page.inner_text("#name") == HOSTILE
-    assert page.inner_text("#case option:first-child") == "<i>associative</i>"
 
 
 def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
@@ -364,16 +306,13 @@ def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
 def test_loads_can_be_shown(page, analysis):
     """Arrows end where the loads act, and go along with the blocks."""
     page.check("#show-loads")
-    settle(page)
     (arrows,) = load_arrows(next(iter(analysis.values())))
     slide(page, "amplitude", "0")
-    settle(page)
     still = coordinates(page, VARIABLE).reshape(-1, 7, 3)
     np.testing.assert_allclose(still[:, 1], arrows.point, atol=1e-5)
     shafts = 0.18 * payload(analysis)["blocks"]["size"] * arrows.force / arrows.largest
     np.testing.assert_allclose(still[:, 1] - still[:, 0], shafts, atol=1e-5)
     slide(page, "amplitude", "0.2")
-    settle(page)
     assert np.abs(coordinates(page, VARIABLE).reshape(-1, 7, 3)[:, 1] - still[:, 1]).max() > 0.01
     page.uncheck("#show-loads")
 
@@ -414,17 +353,6 @@ def test_macro_blocks_are_coloured_and_named(page, analysis):
 
 
 @pytest.mark.slow
-def test_axes_far_from_the_origin_have_an_offset(browser, surveyed, tmp_path):
-    with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
-        titles = page.evaluate(
-            "['x', 'y', 'z'].map(c => document.getElementById('view').layout.scene[c + 'axis'].title.text)"
-        )
-        assert titles == ["x − 4500000 [m]", "y + 300 [m]", "z [m]"]
-        choose(page, "find", "block")
-        assert "centroid\t4500000.323, -299.5, 0.4 m" in page.inner_text("#picked")
-
-
-@pytest.mark.slow
 def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model, tmp_path):
     def stop_in_two(event):
         if isinstance(event, CaseStarted) and event.case.name == "two":
@@ -438,9 +366,17 @@ def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model
 
 
 @pytest.mark.slow
-def test_an_unbounded_case_has_no_translation(browser, surveyed, tmp_path):
+def test_axes_have_numbers_and_an_offset_far_from_the_origin(browser, surveyed, tmp_path):
+    """An unbounded case has no translation."""
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
+        titles = "['x', 'y', 'z'].map(c => document.getElementById('view').layout.scene[c + 'axis'].title.text)"
+        assert page.evaluate(titles) == ["x − 4500000 [m]", "y + 300 [m]", "z [m]"]
+        ticks = "Array.from(document.querySelectorAll('#convergence .{}tick text'), t => t.textContent)"
+        assert page.evaluate(ticks.format("x")) == ["0"]
+        # A single gap lies in one decade.
+        assert len(page.evaluate(ticks.format("y2"))) >= 2
         choose(page, "find", "block")
+        assert "centroid\t4500000.323, -299.5, 0.4 m" in page.inner_text("#picked")
         slide(page, "amplitude", "0")
         assert "translation\t0, 0, 0 m" in page.inner_text("#picked")
         slide(page, "case", "1")
@@ -448,15 +384,6 @@ def test_an_unbounded_case_has_no_translation(browser, surveyed, tmp_path):
         slide(page, "amplitude", "0.1")
         assert "translation\t–" in page.inner_text("#picked")
         np.testing.assert_array_equal(coordinates(page, 1), still)
-
-
-@pytest.mark.slow
-def test_the_axes_of_convergence_have_numbers(browser, surveyed, tmp_path):
-    with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
-        ticks = "Array.from(document.querySelectorAll('#convergence .{}tick text'), t => t.textContent)"
-        assert page.evaluate(ticks.format("x")) == ["0"]
-        # A single gap lies in one decade.
-        assert len(page.evaluate(ticks.format("y2"))) >= 2
 
 
 @pytest.mark.slow
@@ -509,40 +436,25 @@ def test_long_names_stay_within_the_panel(browser, tmp_path):
     def long(what):
         return f"{what}_{'senza_spazi_nel_nome_' * 5}"
 
-    blocks = [box(long("suolo"), [-1, -1, -1], [4, 3, 1], fixed=True), box(long("muro"), [0, 0, 0], [0.4, 1, 2])]
-    tie = bs.Tie(
-        long("catena"),
-        (blocks[0].name, Q_([2, 0.5, 0], "m")),
-        (blocks[1].name, Q_([0.4, 0.5, 1.5], "m")),
-        yield_force="1 kN",
-    )
+    ground, wall = long("suolo"), long("muro")
+    blocks = [box(ground, [-1, -1, -1], [4, 3, 1], fixed=True), box(wall, [0, 0, 0], [0.4, 1, 2])]
+    tie = bs.Tie(long("catena"), (ground, "[2, 0.5, 0] m"), (wall, "[0.4, 0.5, 1.5] m"), yield_force="1 kN")
     model = model_of(blocks, bs.JointMaterial(long("malta"), 0.6), name=long("casa")).with_ties([tie])
-    carried = bs.Weight(blocks[1].name, Q_([0.2, 0.5, 2], "m"), "1 kN")
-    dead = bs.LoadPattern(long("permanenti"), [bs.SelfWeight(), carried])
+    dead = bs.LoadPattern(long("permanenti"), [bs.SelfWeight(), bs.Weight(wall, "[0.2, 0.5, 2] m", "1 kN")])
     case = bs.LimitCase(long("ribaltamento"), dead, bs.LoadPattern(long("spinta"), [bs.BodyForce("-x")]))
-    analysis = bs.AnalysisManager(model).run([case])
-    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
-        choose(page, "find", blocks[1].name)
+    with opened(browser, write_page(bs.run(model, case), tmp_path / "page.html")) as page:
+        choose(page, "find", wall)
         page.check("#show-bodies")
         settle(page)
-        assert blocks[1].name in page.inner_text("#picked")
+        assert wall in page.inner_text("#picked")
         beyond = page.evaluate(
             "() => { const panel = document.querySelector('aside'), end = panel.getBoundingClientRect().right;"
             " return [...panel.querySelectorAll('*')].filter(e => e.getBoundingClientRect().right > end + 1"
             " && !e.closest('#convergence, #capacity')).map(e => e.outerHTML); }"
         )
         assert beyond == []
-        assert page.evaluate(
-            "document.querySelector('aside').scrollWidth <= document.querySelector('aside').clientWidth"
-        )
-
-
-def test_stages_have_no_underscores(small_model):
-    path = bs.ProcedureSettings(procedure="loading path")
-    found = bs.AnalysisManager(small_model, settings=path).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
-    stages = {stage for case in payload(found)["cases"] for stage in case["stage"]}
-    assert "loading path" in stages
-    assert not any("_" in stage for stage in stages)
+        panel = "document.querySelector('aside')"
+        assert page.evaluate(f"{panel}.scrollWidth <= {panel}.clientWidth")
 
 
 def test_analysis_views_itself(analysis, html, tmp_path, monkeypatch):

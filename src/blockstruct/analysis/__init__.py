@@ -26,8 +26,7 @@ from blockstruct.analysis.events import (
     print_lines,
 )
 from blockstruct.analysis.manager import AnalysisManager
-from blockstruct.analysis.recovery import recover
-from blockstruct.analysis.runs import reproduce, run
+from blockstruct.analysis.runs import recover, reproduce, run
 from blockstruct.analysis.ties import least_tie_force
 
 __all__ = [

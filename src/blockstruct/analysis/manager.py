@@ -1,4 +1,4 @@
-"""The analysis manager."""
+"""The analysis manager, and the listener by which it commits a run while it is under way."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -10,19 +10,36 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.analysis.checks import checked_problems, located_cases
-from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
-from blockstruct.analysis.finite import pushed_over
-from blockstruct.analysis.planning import Run, blank_history, planned_result, runs_of
-from blockstruct.analysis.progress import Progress, with_progress
-from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
-from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.events import (
+    CaseFinished,
+    CaseStarted,
+    Event,
+    IterationDone,
+    Listener,
+    Progress,
+    StateDone,
+    StepDone,
+    tell,
+    with_progress,
+)
+from blockstruct.analysis.motions import followed, responded
+from blockstruct.analysis.plan import (
+    Run,
+    blank_history,
+    checked_problems,
+    located_cases,
+    now,
+    planned_result,
+    runs_of,
+    solver_options,
+    versions,
+    warn_of_versions,
+)
 from blockstruct.analysis.remedies import with_effects
 from blockstruct.analysis.replay import ReplaySolver, kept_state
-from blockstruct.analysis.responding import responded
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
-from blockstruct.model import Case, Model, Pushover, RecordCase, checked_text, checked_tuple
+from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
 from blockstruct.procedures import solve_dead_load, solve_limit_case
 from blockstruct.results import (
     Analysis,
@@ -31,11 +48,44 @@ from blockstruct.results import (
     checked_tags,
     division_of,
     history_of,
+    iteration_variables,
+    response_arrays,
+    step_arrays,
 )
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Reason, Status
+
+
+class Recorder:
+    """Listener that commits every iteration, step of a pushover, state of a response and case.
+
+    Parameters
+    ----------
+    working
+        Working data to commit to.
+    """
+
+    def __init__(self, working: Checkpoint) -> None:
+        self._working = working
+        self._variables: Callable[[Iteration], dict[str, Any]]
+
+    def __call__(self, event: Event) -> None:
+        """Commit the content of an event."""
+        match event:
+            case CaseStarted(case, statics=statics, problem=problem):
+                self._working.start(case.name, versions())
+                self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
+            case IterationDone(case, index, iteration):
+                arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
+                self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
+            case StepDone(case, index, step):
+                self._working.commit_step(case.name, index, step_arrays([step]))
+            case StateDone(case, index, state):
+                self._working.commit_step(case.name, index, response_arrays([state]))
+            case CaseFinished(result) if result.status is not Status.INTERRUPTED:
+                self._working.end(result)
 
 
 class AnalysisManager:
@@ -316,11 +366,11 @@ class AnalysisManager:
         )
         if isinstance(case, RecordCase):
             return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
-        if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
+        if not has_curve(case) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.
         kept = before.history if before.n_iterations == len(iterations) else history
-        return pushed_over(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
+        return followed(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)

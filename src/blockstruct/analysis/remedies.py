@@ -23,9 +23,10 @@ def with_effects(result: CaseResult) -> CaseResult:
     the case.
     """
     facts: dict[str, Any] = {}
-    if "uniform_torsion" in result.wanted_effects:
+    wanted = result.wanted_effects
+    if "uniform_torsion" in wanted:
         facts["uniform_torsion"] = _load_factor(_uniform(result.model), result, result.settings)
-    if "biaxial_crushing" in result.wanted_effects:
+    if "biaxial_crushing" in wanted:
         exact = replace(result.settings, crushing="conic", crushing_interaction="biaxial")
         facts["biaxial_crushing"] = _load_factor(result.model, result, exact)
     if "other_procedure" in result.wanted_effects:

@@ -1,17 +1,18 @@
-"""Analyses in one call: run cases, or repeat a stored analysis."""
+"""Analyses in one call: run cases, repeat a stored analysis, or keep the iterations of a killed run."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from blockstruct.analysis.events import Listener
+from blockstruct.analysis.events import Listener, Progress
 from blockstruct.analysis.manager import AnalysisManager
-from blockstruct.analysis.progress import Progress
+from blockstruct.analysis.plan import blank_history
 from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import Case, Model
 from blockstruct.results import Analysis, Comparison, compare
+from blockstruct.storage import Checkpoint
 
 
 def run(
@@ -70,3 +71,28 @@ def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comp
         msg = f"reproduce: {type(analysis).__name__} is not an analysis; give bs.open_analysis(file)"
         raise ModelError(msg)
     return compare(analysis, AnalysisManager.again(analysis, listeners=listeners))
+
+
+def recover(path: str | Path) -> Analysis:
+    """Make the analysis file of a killed run from its committed iterations.
+
+    Cases that had not ended get the status ``interrupted``. :meth:`blockstruct.AnalysisManager.resume` continues
+    either the killed run or the recovered file.
+
+    Parameters
+    ----------
+    path
+        The file that the run would have written. A file that was there when the run began is replaced, as the run would
+        have done. No other file is replaced.
+
+    Raises
+    ------
+    StorageError
+        If there is no killed run, it is still under way, or the path cannot be written.
+    FormatError
+        If the working data are damaged at their root.
+    """
+    with Checkpoint.reopen(path, blank_history) as working:
+        analysis = working.analysis()
+        working.finish(analysis)
+    return analysis

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from blockstruct.analysis import AnalysisManager
-from blockstruct.analysis.progress import Progress
+from blockstruct.analysis.events import Progress
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.local_mechanism import local_mechanism

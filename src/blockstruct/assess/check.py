@@ -17,7 +17,7 @@ from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock, with_motion
-from blockstruct.text import SMALL, Note, direction_text, in_g, shown, smaller_bodies
+from blockstruct.text import SMALL, Note, Severity, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way, listed
 
 g = STANDARD_GRAVITY
@@ -87,13 +87,13 @@ class LocalMechanismCheck:
         collapse = WayOfChecking(Way.COLLAPSE, self.alpha0, self.participation.e_star, state)
         ways = (collapse, *self.others)
         floor = state.ratio * self.participation.e_star * min(way.load_factor for way in ways)
-        return Verdict.of(
+        return Verdict(
             self.result.name,
             direction_text(self.direction),
-            ways,
-            self.notes,
-            floor=floor if self.relied_on == METHODS["linear"] else np.nan,
-            settled=self.result.settled,
+            tuple(sorted(ways, key=lambda way: way.state.ratio)),
+            floor if self.relied_on == METHODS["linear"] else np.nan,
+            tuple(note for note in self.notes if note.severity is Severity.WARNING),
+            self.result.settled,
         )
 
     @property

@@ -35,7 +35,7 @@ from blockstruct.errors import shown as as_given
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
-from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed
 

@@ -22,6 +22,7 @@ from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
+_WHO = "overturning"
 #: Distance of an edge from the blocks, relative to their extent, up to which it is accepted.
 _BESIDE = 0.05
 #: Corrections of the setback of the hinge.
@@ -118,55 +119,46 @@ def overturning(
     >>> round(overturning(model, case, ["block"], bs.Q_([[1, 0, 0], [1, 1, 0]], "m")).alpha0, 6)
     0.5
     """
-    who = "overturning"
     if not isinstance(case, LimitCase):
         given = as_given(getattr(case, "name", case))
-        msg = f"{who}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
+        msg = f"{_WHO}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
         raise ModelError(msg)
-    names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
-    turning = _free_blocks(model, names, who)
-    ends = si_array(edge, "length", f"{who}: edge")
-    as_in = "give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
-    if ends.shape != (2, 3):
-        msg = f"{who}: edge of shape {ends.shape}; {as_in}"
+    names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{_WHO}: blocks")
+    turning = _free_blocks(model, names)
+    ends = _ends_of(edge, turning)
+    f_c = np.inf
+    if compressive_strength is not None:
+        f_c = si(compressive_strength, "stress", f"{_WHO}: compressive strength")
+    if f_c <= 0:
+        msg = f"{_WHO}: compressive strength {f_c:.4g} Pa; give more than zero, or leave it out for no setback"
         raise ModelError(msg)
-    if np.array_equal(*ends):
-        msg = f"{who}: both ends of the edge are at ({', '.join(f'{x:g}' for x in ends[0])}) m; {as_in}"
-        raise ModelError(msg)
-    _check_at(ends, turning)
     forces = HorizontalForces.of(model, case)
     index = model.block_index
     members = [index[name] for name in names]
     length = float(np.linalg.norm(ends[1] - ends[0]))
-    axis, hinge = (ends[1] - ends[0]) / length, ends.mean(axis=0)
+    axis, middle = (ends[1] - ends[0]) / length, ends.mean(axis=0)
     on = np.isin(forces.block, members)
     W, G = float(forces.weight[on].sum()), forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
     dead, stretches = applied_loads(model, case.dead), tie_segments(model.ties, model.blocks)
     down = float(-dead.force[np.isin(dead.block, members), 2].sum())
     strengths = [np.array([getattr(s, name) for s in stretches]) for name in ("capacity", "prestress")]
     most, least = (pulls_at(model, set(names), force) for force in strengths)
-    pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
-    N = _pressed(down, pulls)
-    setback, alone, lines = 0.0, 0.0, _standing_on(model, set(names))
-    edge_at = bare = hinge
-    if compressive_strength is not None:
-        f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
-        if f_c <= 0:
-            msg = f"{who}: compressive strength {f_c:.4g} Pa; give more than zero, or leave it out for no setback"
-            raise ModelError(msg)
-        inward = np.cross(axis, [0.0, 0.0, 1.0])
-        if np.linalg.norm(inward) < ROUNDING:
-            msg = f"{who}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
-            raise ModelError(msg)
-        inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
-        # The hinge decides which ties the rotation slackens, and the ties decide where the hinge is.
-        for _ in range(_PASSES):
-            setback = N / (2 * f_c * length)
-            hinge = edge_at + setback * inward
-            pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
-            N = _pressed(down, pulls)
-        alone = down / (2 * f_c * length)
-        bare = edge_at + alone * inward
+    is_upright = bool(np.hypot(*axis[:2]) < ROUNDING)
+    if is_upright and np.isfinite(f_c):
+        msg = f"{_WHO}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
+        raise ModelError(msg)
+    inward = np.cross(axis, [0.0, 0.0, 1.0])
+    inward *= 0.0 if is_upright else np.sign(inward @ (G - middle)) / np.linalg.norm(inward)
+    # The hinge decides which ties the rotation slackens, and the ties decide where the hinge is.
+    per_length, N = 2 * f_c * length, 0.0
+    for _ in range(1 + _PASSES):
+        setback = N / per_length
+        hinge = middle + setback * inward
+        pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
+        N = _pressed(down, pulls)
+    alone = down / per_length
+    lines = _standing_on(model, set(names))
+    if np.isfinite(f_c):
         lines.append(
             Line(
                 "hinge set back by crushing",
@@ -184,18 +176,18 @@ def overturning(
         for pull in pulls
     ]
     alpha0 = rotation.load_factor(0.0) * forces.share
-    if alpha0 <= 0 and np.hypot(*axis[:2]) < ROUNDING:
-        msg = f"{who}: weight does not hold blocks that turn about an upright edge; give a level one, at their foot"
+    if alpha0 <= 0 and is_upright:
+        msg = f"{_WHO}: weight does not hold blocks that turn about an upright edge; give a level one, at their foot"
         raise ModelError(msg)
     if alpha0 <= 0:
         back = f", set back by {shown(setback, 'm')} by crushing" if setback else ""
         msg = (
-            f"{who}: about the edge{back}, dead load and ties do not hold the blocks against the push (α0 = "
+            f"{_WHO}: about the edge{back}, dead load and ties do not hold the blocks against the push (α0 = "
             f"{shown(alpha0)}); give the edge that the push turns them about"
         )
         raise ModelError(msg)
     # Ties load or relieve the joint only while they pull.
-    free = RigidRotation.of(model, case, members, bare, axis)
+    free = RigidRotation.of(model, case, members, middle + alone * inward, axis)
     theta0 = free.capacity() if free.load_factor(0.0) > 0 else np.nan
     d0 = float(free.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
     crushed = f"and with u = {shown(alone, 'm')} " if alone else ""
@@ -233,21 +225,44 @@ def overturning(
         )
     loads = rotation.dead.force + rotation.load_factor(0.0) * rotation.variable.force
     pressing = loads + sum((pull.force * pull.direction for pull in pulls), np.zeros(3))
-    notes = _notes_of_joints(model, turning, ends, pressing, crushes=compressive_strength is not None)
+    notes = _notes_of_joints(model, turning, ends, pressing, crushes=bool(np.isfinite(f_c)))
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines), notes)
 
 
-def _free_blocks(model: Model, names: Sequence[str], who: str) -> list[Block]:
+def _free_blocks(model: Model, names: Sequence[str]) -> list[Block]:
     """Return the blocks of names; refuse repeated names and supports."""
     twice = [name for name, times in Counter(names).items() if times > 1]
     if twice:
-        msg = f"{who}: blocks: {as_given(twice[0])} is given twice; name each block once"
+        msg = f"{_WHO}: blocks: {as_given(twice[0])} is given twice; name each block once"
         raise ModelError(msg)
     blocks = [model.block(name) for name in names]
     if not blocks or any(b.fixed for b in blocks):
-        msg = f"{who}: blocks: {len(blocks)}, of them supports: {sum(b.fixed for b in blocks)}; name free blocks"
+        msg = f"{_WHO}: blocks: {len(blocks)}, of them supports: {sum(b.fixed for b in blocks)}; name free blocks"
         raise ModelError(msg)
     return blocks
+
+
+def _ends_of(edge: Any, blocks: Sequence[Block]) -> Array:
+    """Return the ends (2, 3) of an edge, m; refuse one without length or apart from the blocks."""
+    ends = si_array(edge, "length", f"{_WHO}: edge")
+    as_in = "give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
+    if ends.shape != (2, 3):
+        msg = f"{_WHO}: edge of shape {ends.shape}; {as_in}"
+        raise ModelError(msg)
+    if np.array_equal(*ends):
+        msg = f"{_WHO}: both ends of the edge are at ({', '.join(f'{x:g}' for x in ends[0])}) m; {as_in}"
+        raise ModelError(msg)
+    corners = np.concatenate([b.shape.vertices for b in blocks])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = _BESIDE * np.ptp(corners, axis=0).max()
+    if np.any(ends < low - room) or np.any(ends > high + room):
+        start, end, first, last = (np.round(point, 4).tolist() for point in (*ends, low, high))
+        msg = (
+            f"{_WHO}: the edge from {start} to {end} m is not at the blocks, which reach from {first} to {last} m; "
+            "correct its points or their unit"
+        )
+        raise ModelError(msg)
+    return ends
 
 
 def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:
@@ -347,17 +362,3 @@ def _length_of(parts: Sequence[tuple[float, float]]) -> float:
         total += max(end - max(begin, covered), 0.0)
         covered = max(covered, end)
     return float(total)
-
-
-def _check_at(ends: Array, blocks: Sequence[Block]) -> None:
-    """Refuse an edge that does not lie at the blocks, such as one in a wrong unit."""
-    corners = np.concatenate([b.shape.vertices for b in blocks])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    room = _BESIDE * np.ptp(corners, axis=0).max()
-    if np.any(ends < low - room) or np.any(ends > high + room):
-        (start, end), low, high = (np.round(points, 4).tolist() for points in (ends, low, high))
-        msg = (
-            f"overturning: the edge from {start} to {end} m is not at the blocks, which reach from {low} to {high} m; "
-            "correct its points or their unit"
-        )
-        raise ModelError(msg)

@@ -13,7 +13,7 @@ from blockstruct.assess.tolerances import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import shown
 
 Array = NDArray[np.float64]

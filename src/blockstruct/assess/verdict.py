@@ -1,6 +1,5 @@
 """The verdict of a check: the ratio to rely on, taken over every way to find it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.tolerances import ACCURACY
-from blockstruct.text import Note, Severity, assessment
+from blockstruct.text import Note, assessment
 from blockstruct.vocabulary import Way
 
 
@@ -66,21 +65,6 @@ class Verdict:
     floor: float
     open: tuple[Note, ...]
     settled: bool
-
-    @classmethod
-    def of(
-        cls,
-        case: str,
-        direction: str,
-        ways: Sequence[WayOfChecking],
-        notes: Sequence[Note],
-        *,
-        floor: float,
-        settled: bool,
-    ) -> "Verdict":
-        """Return the verdict of some ways and of the notes of a check."""
-        ranked = tuple(sorted(ways, key=lambda one: one.state.ratio))
-        return cls(case, direction, ranked, floor, tuple(n for n in notes if n.severity is Severity.WARNING), settled)
 
     @property
     def governing(self) -> WayOfChecking:

@@ -9,6 +9,7 @@ import os
 import sys
 import warnings
 from collections.abc import Iterator
+from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,8 +24,27 @@ from blockstruct.vocabulary import printable
 if TYPE_CHECKING:
     from rich.table import Table
 
-#: Exit codes; the last two follow the signals SIGINT and SIGPIPE.
-DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
+
+def option(text: str, *names: str, default: bool | str = False) -> Any:
+    """Return an option with its help; the help shows its default, another text instead, or neither."""
+    return typer.Option(*names, help=text, show_default=default)
+
+
+def argument(text: str) -> Any:
+    """Return an argument with its help."""
+    return typer.Argument(help=text, show_default=False)
+
+
+class Exit(IntEnum):
+    """Exit codes; the last two follow the signals SIGINT and SIGPIPE."""
+
+    DIFFERENT = 1
+    REFUSED = 2
+    NO_LOAD_FACTOR = 3
+    VIOLATIONS = 4
+    INTERRUPTED = 130
+    UNREAD = 141
+
 
 #: Width, in characters, that no table reaches.
 _WHOLE = 10_000
@@ -62,7 +82,7 @@ def _while_read() -> Iterator[None]:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         for stream in (sys.stdout, sys.stderr):
             os.dup2(nowhere, stream.fileno())
-        raise SystemExit(UNREAD) from None
+        raise SystemExit(Exit.UNREAD) from None
 
 
 class _Commands(TyperGroup):
@@ -75,15 +95,15 @@ class _Commands(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
             err.print("\n".join(["interrupted", *getattr(interrupt, "__notes__", ())]), markup=False, soft_wrap=True)
-            raise typer.Exit(INTERRUPTED) from None
+            raise typer.Exit(Exit.INTERRUPTED) from None
 
 
 app = typer.Typer(cls=_Commands, pretty_exceptions_enable=False, rich_markup_mode=None)
 
-FileArgument = Annotated[Path, typer.Argument(help="An analysis file.", show_default=False)]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-CsvOption = Annotated[Path | None, typer.Option("--csv", help="Write a .csv file instead.", show_default=False)]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, instead of tables.")]
+FileArgument = Annotated[Path, argument("An analysis file.")]
+QuietOption = Annotated[bool, option("Print nothing but errors.", "--quiet", "-q")]
+CsvOption = Annotated[Path | None, option("Write a .csv file instead.", "--csv")]
+JsonOption = Annotated[bool, option("Print the results as JSON, instead of tables.", "--json")]
 
 
 @_while_read()
@@ -104,7 +124,7 @@ def main() -> None:
         err.print(str(error), markup=False, soft_wrap=True)
         for note in getattr(error, "__notes__", ()):
             err.print(f"  {note}", markup=False, soft_wrap=True)
-        raise SystemExit(REFUSED) from None
+        raise SystemExit(Exit.REFUSED) from None
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -119,8 +139,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     "130 interrupted; 141 the reader of the output stopped.",
 )
 def top(
-    context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    context: typer.Context, version: Annotated[bool, option("Print the version and exit.", "--version")] = False
 ) -> None:
     """Collapse load of masonry structures: rigid-block limit analysis in 3D."""
     out.quiet = False

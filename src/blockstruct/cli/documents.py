@@ -10,89 +10,53 @@ from typing import Annotated, Any
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import VIOLATIONS, app, say
+from blockstruct.cli.app import Exit, app, argument, option, say
 from blockstruct.vocabulary import counted
 
 
 @app.command("import")
 def import_(
-    files: Annotated[
-        list[Path],
-        typer.Argument(help="OBJ, STL, PLY, DXF, Rhino 3DM, IFC or COMPAS JSON files.", show_default=False),
-    ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Model document to write.", show_default=False)],
+    files: Annotated[list[Path], argument("OBJ, STL, PLY, DXF, Rhino 3DM, IFC or COMPAS JSON files.")],
+    output: Annotated[Path, option("Model document to write.", "--output", "-o")],
     unit_weight: Annotated[
-        list[str],
-        typer.Option(
-            help="Unit weight, '20 kN/m^3', or of one layer or IFC material, 'WALL=20 kN/m^3'.", show_default=False
-        ),
+        list[str], option("Unit weight, '20 kN/m^3', or of one layer or IFC material, 'WALL=20 kN/m^3'.")
     ],
-    friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
+    friction: Annotated[float, option("Friction coefficient of all joints.")],
     unit: Annotated[
-        str | None,
-        typer.Option(help="Unit of the coordinates: mm, or '0.025 m'; 3DM and IFC files state it.", show_default=False),
+        str | None, option("Unit of the coordinates: mm, or '0.025 m'; 3DM and IFC files state it.")
     ] = None,
     fix: Annotated[
         list[str] | None,
-        typer.Option(
-            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'; NAME:x,z holds only these.",
-            show_default=False,
-        ),
+        option("A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'; NAME:x,z holds only these."),
     ] = None,
-    ground: Annotated[
-        str | None,
-        typer.Option(help="Add a fixed block with its top at this height: lowest, or '0 m'.", show_default=False),
-    ] = None,
-    exclude: Annotated[
-        list[str] | None, typer.Option(help="A block to leave out; * is any text.", show_default=False)
-    ] = None,
-    up: Annotated[str, typer.Option(help="Axis of a mesh that points up: x, y or z.")] = "z",
+    ground: Annotated[str | None, option("Add a fixed block with its top at this height: lowest, or '0 m'.")] = None,
+    exclude: Annotated[list[str] | None, option("A block to leave out; * is any text.")] = None,
+    up: Annotated[str, option("Axis of a mesh that points up: x, y or z.", default=True)] = "z",
     override_unit: Annotated[
-        bool, typer.Option("--override-unit", help="Take --unit although the file states another one.")
+        bool, option("Take --unit although the file states another one.", "--override-unit")
     ] = False,
-    fix_layer: Annotated[
-        list[str] | None, typer.Option(help="A layer, or an IFC class, of supports.", show_default=False)
-    ] = None,
+    fix_layer: Annotated[list[str] | None, option("A layer, or an IFC class, of supports.")] = None,
     unit_size: Annotated[
-        tuple[str, str] | None,
-        typer.Option(help="Length and height of the units that IFC walls are cut into.", show_default=False),
+        tuple[str, str] | None, option("Length and height of the units that IFC walls are cut into.")
     ] = None,
-    plane: Annotated[
-        str | None, typer.Option(help="View of a DXF drawing: elevation or plan.", show_default="elevation")
-    ] = None,
-    thickness: Annotated[
-        str | None, typer.Option(help="Thickness of a wall drawn in DXF, such as '30 cm'.", show_default=False)
-    ] = None,
-    segments: Annotated[int | None, typer.Option(help="Straight pieces of a DXF arc.", show_default=False)] = None,
-    closing: Annotated[
-        str | None, typer.Option(help="Largest gap in a DXF outline, as in '1 mm'.", show_default="rounding")
-    ] = None,
+    plane: Annotated[str | None, option("View of a DXF drawing: elevation or plan.", default="elevation")] = None,
+    thickness: Annotated[str | None, option("Thickness of a wall drawn in DXF, such as '30 cm'.")] = None,
+    segments: Annotated[int | None, option("Straight pieces of a DXF arc.")] = None,
+    closing: Annotated[str | None, option("Largest gap in a DXF outline, as in '1 mm'.", default="rounding")] = None,
     gap: Annotated[
-        str | None,
-        typer.Option(
-            help="Largest gap in a joint, as in '1 mm'.", show_default="rounding, and the repairs of its faces"
-        ),
+        str | None, option("Largest gap in a joint, as in '1 mm'.", default="rounding, and the repairs of its faces")
     ] = None,
-    angle: Annotated[
-        str | None, typer.Option(help="Largest angle between the faces of a joint.", show_default="1 deg")
-    ] = None,
+    angle: Annotated[str | None, option("Largest angle between the faces of a joint.", default="1 deg")] = None,
     area_tolerance: Annotated[
-        str | None,
-        typer.Option(help="Area up to which a contact is left out, as in '1 cm^2'.", show_default="rounding"),
+        str | None, option("Area up to which a contact is left out, as in '1 cm^2'.", default="rounding")
     ] = None,
     direction: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Direction of the push: +x, -y or a vector, as 1,1,0; several give a case each.", show_default="+x"
-        ),
+        option("Direction of the push: +x, -y or a vector, as 1,1,0; several give a case each.", default="+x"),
     ] = None,
-    flow: Annotated[bs.Flow, typer.Option(help="Flow rule of the cases.")] = bs.Flow.NONASSOCIATIVE,
+    flow: Annotated[bs.Flow, option("Flow rule of the cases.", default=True)] = bs.Flow.NONASSOCIATIVE,
     tilt: Annotated[
-        bool,
-        typer.Option(
-            "--tilt",
-            help="Name the cases 'tilt': with friction alone, results show the angle of a tilting table.",
-        ),
+        bool, option("Name the cases 'tilt': with friction alone, results show the angle of a tilting table.", "--tilt")
     ] = False,
 ) -> None:
     """Write a model document from drawn blocks, then check it."""
@@ -173,9 +137,7 @@ def _materials(unit_weights: list[str]) -> Any:
 
 
 @app.command()
-def check(
-    model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
-) -> None:
+def check(model: Annotated[Path, argument("A model document, YAML or JSON.")]) -> None:
     """Print the blocks and the interfaces of a model document, with rejected contacts."""
     _say_checked(_checked(model))
 
@@ -196,15 +158,11 @@ def _say_checked(document: bs.documents.Document) -> None:
 
 
 @app.command()
-def validate(
-    file: Annotated[Path, typer.Argument(help="An analysis file, or a model document.", show_default=False)],
-) -> None:
+def validate(file: Annotated[Path, argument("An analysis file, or a model document.")]) -> None:
     """Check an analysis file against its schema and its own numbers, or a model document."""
     try:
         if file.suffix.lower() in (".yaml", ".yml", ".json"):
-            document = bs.read_document(file)
-            settings = bs.ProcedureSettings.of(document.settings)
-            bs.AnalysisManager(document.model, settings=settings).check(document.cases)
+            document = _checked(file)
             say(f"{file}: a valid model document")
             say(f"{counted(len(document.model.blocks), 'block')}, {document.report}")
         else:
@@ -214,8 +172,8 @@ def validate(
             if found:
                 say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
                 say("these numbers are no proof: take the original file, or run the cases again")
-                raise typer.Exit(VIOLATIONS)
+                raise typer.Exit(Exit.VIOLATIONS)
             say(f"{file}: a valid analysis of {counted(len(analysis), 'case')}")
     except (bs.errors.FormatError, bs.errors.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))
-        raise typer.Exit(VIOLATIONS) from None
+        raise typer.Exit(Exit.VIOLATIONS) from None

@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say, say_table
+from blockstruct.cli.app import (
+    CsvOption,
+    Exit,
+    FileArgument,
+    JsonOption,
+    app,
+    argument,
+    option,
+    out,
+    print_results,
+    say,
+    say_table,
+)
 from blockstruct.cli.verification import (
     CaseOption,
     FactorOption,
@@ -26,7 +38,14 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Printed variables of each state of a pushover.
-_OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
+_OF_STATES = (
+    "displacement [meter]",
+    "load_factor",
+    "reaction [newton]",
+    "holds",
+    "penetration [meter]",
+    "energy_error",
+)
 
 
 @app.command()
@@ -56,24 +75,16 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
 @app.command()
 def history(
     file: FileArgument,
-    case: Annotated[
-        str | None, typer.Argument(help="Name of a case; without it, the cases are listed.", show_default=False)
-    ] = None,
+    case: Annotated[str | None, argument("Name of a case; without it, the cases are listed.")] = None,
     variable: Annotated[
         str | None,
-        typer.Option(
-            "--variable",
-            help="Print one variable: any of the history, or state, force, moment, eccentricity of the interfaces.",
-            show_default=False,
-        ),
+        option("Print one variable: any of the history, or state, force, moment, eccentricity of the interfaces."),
     ] = None,
-    interface: Annotated[
-        str | None, typer.Option("--interface", help="Print one interface only.", show_default=False)
-    ] = None,
+    interface: Annotated[str | None, option("Print one interface only.")] = None,
     pushover: Annotated[
-        bool, typer.Option("--pushover", help="Print the states of a pushover; a variable such as tie_force of them.")
+        bool, option("Print the states of a pushover; a variable such as tie_force of them.", "--pushover")
     ] = False,
-    last: Annotated[bool, typer.Option("--last", help="Print the last iteration, or state, only.")] = False,
+    last: Annotated[bool, option("Print the last iteration, or state, only.", "--last")] = False,
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case, or the states of a pushover."""
@@ -87,21 +98,19 @@ def history(
     if pushover:
         _states(result, variable, interface, csv, last=last)
         return
-    found = result.history
-    if last:
-        found = found.isel(iteration=slice(-1, None))
+    chosen = result.history.isel(iteration=slice(-1 if last else None, None))
     if variable is None and interface is not None:
         variable = "force"
     if variable is None and csv is None:
-        out.print(iteration_table(found))
+        out.print(iteration_table(chosen))
         return
-    frame = found.blockstruct.frame(variable)
+    frame = chosen.blockstruct.frame(variable)
     if interface is not None:
-        frame = _of_interface(frame, interface, found.interface.to_numpy().tolist())
+        frame = _of_interface(frame, interface, chosen.interface.to_numpy().tolist())
     if csv is None:
         say(frame.to_string())
-        return
-    _write_csv(frame, csv)
+    else:
+        _write_csv(frame, csv)
 
 
 def _states(
@@ -120,7 +129,7 @@ def _states(
     if csv is not None:
         _write_csv(frame, csv)
         return
-    say((frame if variable else frame[list(_OF_STATES)]).to_string())
+    say((frame if variable else frame[[name for name in _OF_STATES if name in frame]]).to_string())
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:
@@ -138,13 +147,10 @@ def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.D
 
 @app.command()
 def archive(
-    folder: Annotated[Path, typer.Argument(help="A folder of analysis files.", show_default=False)],
-    where: Annotated[
-        str | None,
-        typer.Option("--where", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
-    ] = None,
+    folder: Annotated[Path, argument("A folder of analysis files.")],
+    where: Annotated[str | None, option('Rows to print, such as "load_factor < 0.3".')] = None,
     all_columns: Annotated[
-        bool, typer.Option("--all-columns", help="Print every column: certificates, joints, settings, times.")
+        bool, option("Print every column: certificates, joints, settings, times.", "--all-columns")
     ] = False,
     csv: CsvOption = None,
 ) -> None:
@@ -167,9 +173,9 @@ def archive(
 
 @app.command()
 def diff(
-    one: Annotated[Path, typer.Argument(help="An analysis file, or a folder of them.", show_default=False)],
-    other: Annotated[Path, typer.Argument(help="Another one.", show_default=False)],
-    tolerance: Annotated[float, typer.Option("--tolerance", help="Relative tolerance of load factors.")] = 1e-6,
+    one: Annotated[Path, argument("An analysis file, or a folder of them.")],
+    other: Annotated[Path, argument("Another one.")],
+    tolerance: Annotated[float, option("Relative tolerance of load factors.", default=True)] = 1e-6,
 ) -> None:
     """Compare two analyses, or two folders, case by case; exit code 1 if they differ."""
     if not tolerance >= 0:
@@ -187,45 +193,37 @@ def diff(
         same = found.agrees(tolerance)
         say(str(found))
     if not same:
-        raise typer.Exit(DIFFERENT)
+        raise typer.Exit(Exit.DIFFERENT)
 
 
 @app.command()
 def view(
     file: FileArgument,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File to write; FILE.html otherwise.", show_default=False)
-    ] = None,
-    show_it: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
+    output: Annotated[Path | None, option("File to write; FILE.html otherwise.", "--output", "-o")] = None,
+    show_it: Annotated[bool, option("Show the page in the browser.", "--open")] = False,
 ) -> None:
     """Write an interactive page of an analysis: structure, mechanism, forces, states of all iterations."""
     from blockstruct.views.page import write_page
 
     target = _beside(output or file.with_suffix(".html"), file)
-    _written(write_page(bs.open_analysis(file), target), show_it)
+    _written(write_page(bs.open_analysis(file), target), show_it=show_it)
 
 
 @app.command()
 def report(
     file: FileArgument,
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="HTML or PDF to write; FILE-report.html otherwise.", show_default=False),
+        Path | None, option("HTML or PDF to write; FILE-report.html otherwise.", "--output", "-o")
     ] = None,
-    template: Annotated[
-        Path | None, typer.Option("--template", help="A Jinja2 template of your own.", show_default=False)
-    ] = None,
-    project: Annotated[
-        list[str] | None,
-        typer.Option("--project", help="A line of its head, as in 'client=Town of Lucca'.", show_default=False),
-    ] = None,
+    template: Annotated[Path | None, option("A Jinja2 template of your own.")] = None,
+    project: Annotated[list[str] | None, option("A line of its head, as in 'client=Town of Lucca'.")] = None,
     spectrum: SpectrumOption = None,
     case: CaseOption = None,
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
     method: MethodOption = None,
     mode: ModeOption = None,
-    show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
+    show_it: Annotated[bool, option("Show the report in the browser.", "--open")] = False,
 ) -> None:
     """Write a report of an analysis, as a page or as PDF, with checks of local mechanisms for a given site."""
     from blockstruct.views.report import write_report
@@ -234,24 +232,20 @@ def report(
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
     checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
-    _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it)
+    _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it=show_it)
 
 
 @app.command()
 def figures(
     file: FileArgument,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.", show_default=False)],
-    look: Annotated[
-        str | None,
-        typer.Option("--look", help="x, y (elevations), z (plan) or 3d; what fits otherwise.", show_default=False),
-    ] = None,
-    file_format: Annotated[str, typer.Option("--format", help="png, svg or pdf.")] = "png",
+    output: Annotated[Path, option("Folder to write into.", "--output", "-o")],
+    look: Annotated[str | None, option("x, y (elevations), z (plan) or 3d; what fits otherwise.")] = None,
+    file_format: Annotated[str, option("png, svg or pdf.", "--format", default=True)] = "png",
 ) -> None:
     """Write the figures of every case: mechanism, states, sliding, forces, crushing, convergence, certificate."""
     from blockstruct.views.figures import write_figures
 
-    written = write_figures(bs.open_analysis(file), output, look=look, file_format=file_format)
-    for path in written:
+    for path in write_figures(bs.open_analysis(file), output, look=look, file_format=file_format):
         say(f"written: {path}")
 
 
@@ -260,33 +254,24 @@ def export(
     file: FileArgument,
     output: Annotated[
         Path,
-        typer.Option(
+        option(
+            "File to write: .glb (animation), .obj, .stl (moved blocks), .json (COMPAS), .pvd (ParaView), .xlsx; "
+            "a folder for CSV.",
             "--output",
             "-o",
-            help="File to write: .glb (animation), .obj, .stl (moved blocks), .json (COMPAS), .pvd (ParaView), .xlsx; "
-            "a folder for CSV.",
-            show_default=False,
         ),
     ],
-    case: Annotated[
-        str | None, typer.Option("--case", help="Name of the case; not for tables.", show_default="the only case")
-    ] = None,
-    amplitude: Annotated[
-        str | None,
-        typer.Option("--amplitude", help="Largest translation in the mechanism, as in '20 cm'.", show_default=False),
-    ] = None,
-    step: Annotated[
-        int | None,
-        typer.Option("--step", help="State of a pushover for OBJ or STL; -1 is the last.", show_default=False),
-    ] = None,
+    case: Annotated[str | None, option("Name of the case; not for tables.", default="the only case")] = None,
+    amplitude: Annotated[str | None, option("Largest translation in the mechanism, as in '20 cm'.")] = None,
+    step: Annotated[int | None, option("State of a pushover for OBJ or STL; -1 is the last.")] = None,
 ) -> None:
     """Write results for other programs: Blender, Rhino, COMPAS, ParaView, Excel."""
     from blockstruct.views import export as views
 
     analysis = bs.open_analysis(file)
     suffix, target = output.suffix.lower(), _beside(output, file)
-    given = {"amplitude": amplitude, "step": step}
-    moves: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    options = {"amplitude": amplitude, "step": step}
+    moves: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     allowed = {".glb": {"amplitude"}, ".obj": {"amplitude", "step"}, ".stl": {"amplitude", "step"}}
     if wrong := sorted(moves.keys() - allowed.get(suffix, set())):
         msg = f"--{wrong[0]}: does not apply to {output}; leave it out"
@@ -299,19 +284,16 @@ def export(
         msg = f"--case: {file} has the cases {', '.join(map(repr, names))}; give one of them"
         raise bs.errors.ModelError(msg)
     result = analysis[names[0] if case is None else case]
-    if suffix == ".glb":
-        _written(views.write_glb(result, target, **moves), False)
-    elif suffix in (".obj", ".stl"):
-        _written(views.write_moved(result, target, **moves), False)
-    elif suffix == ".json":
-        _written(views.write_assembly(result, target), False)
-    elif suffix == ".pvd":
+    writers: dict[str, Any] = {".glb": views.write_glb, ".json": views.write_assembly}
+    writers |= dict.fromkeys((".obj", ".stl"), views.write_moved)
+    if suffix == ".pvd":
         from blockstruct.views.paraview import write_paraview
 
-        _written(write_paraview(result, target), False)
-    else:
+        writers[suffix] = write_paraview
+    if suffix not in writers:
         msg = f"{output}: unknown kind of file; names end in .glb, .obj, .stl, .json, .pvd or .xlsx"
         raise bs.errors.ModelError(msg)
+    _written(writers[suffix](result, target, **moves))
 
 
 def _project_line(line: str) -> tuple[str, str]:
@@ -338,7 +320,7 @@ def _is_same(one: Path, other: Path) -> bool:
         return False
 
 
-def _written(path: Path, show_it: bool) -> None:
+def _written(path: Path, *, show_it: bool = False) -> None:
     say(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB")
     if show_it:
         typer.launch(path.resolve().as_uri())

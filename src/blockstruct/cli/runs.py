@@ -14,27 +14,27 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import (
-    INTERRUPTED,
-    NO_LOAD_FACTOR,
+    Exit,
     FileArgument,
     JsonOption,
     QuietOption,
     app,
+    argument,
     err,
+    option,
     out,
     print_results,
     say,
 )
 from blockstruct.vocabulary import counted
 
-#: Extra that each of the suggested commands needs.
-_NEEDS = {"view": "viz", "report": "report"}
-_OF_EXTRAS = {"viz": ("plotly",), "report": ("jinja2", "matplotlib")}
+#: Extra of each of the suggested commands, and its packages.
+_NEEDS = {"view": ("viz", ["plotly"]), "report": ("report", ["jinja2", "matplotlib"])}
 
 
 @app.command()
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")] = Path("blockstruct-demo.h5"),
+    output: Annotated[Path, option("File to write.", "--output", "-o", default=True)] = Path("blockstruct-demo.h5"),
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -57,11 +57,11 @@ def demo(
 
 @app.command()
 def run(
-    model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
+    model: Annotated[Path, argument("A model document, YAML or JSON.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File to write.", show_default="MODEL with the ending .h5")
+        Path | None, option("File to write.", "--output", "-o", default="MODEL with the ending .h5")
     ] = None,
-    spread: Annotated[bool, typer.Option("--spread", help="Also run variants of the loading path.")] = False,
+    spread: Annotated[bool, option("Also run variants of the loading path.", "--spread")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -142,13 +142,13 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, writt
     interrupted = any(r.status is bs.Status.INTERRUPTED for r in analysis.values())
     rest = f"blockstruct resume {name} for the rest, " if interrupted else ""
     say(f"next: {rest}blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
-    wanting = {extra for extra, packages in _OF_EXTRAS.items() if not all(map(find_spec, packages))}
-    if wanting:
-        commands = " and ".join(command for command, extra in _NEEDS.items() if extra in wanting)
-        say(f'{commands} need{"s" * (len(wanting) == 1)}: pip install "blockstruct[{",".join(sorted(wanting))}]"')
+    lacking = {command: extra for command, (extra, packages) in _NEEDS.items() if not all(map(find_spec, packages))}
+    if lacking:
+        extras = ",".join(sorted(lacking.values()))
+        say(f'{" and ".join(lacking)} need{"s" * (len(lacking) == 1)}: pip install "blockstruct[{extras}]"')
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if interrupted:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(Exit.INTERRUPTED)
     if any(r.missing_curve or not r.status.is_answer for r in analysis.values()):
-        raise typer.Exit(NO_LOAD_FACTOR)
+        raise typer.Exit(Exit.NO_LOAD_FACTOR)

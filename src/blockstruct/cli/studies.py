@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import NO_LOAD_FACTOR, CsvOption, JsonOption, QuietOption, app, err, out, say, say_table
+from blockstruct.cli.app import (
+    CsvOption,
+    Exit,
+    JsonOption,
+    QuietOption,
+    app,
+    argument,
+    err,
+    option,
+    out,
+    say,
+    say_table,
+)
 from blockstruct.vocabulary import counted
 
 if TYPE_CHECKING:
@@ -19,25 +30,18 @@ if TYPE_CHECKING:
 
 @app.command()
 def study(
-    document: Annotated[Path, typer.Argument(help="A study document, YAML or JSON.", show_default=False)],
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", help="Folder that keeps a file of every run.", show_default=False),
-    ],
-    workers: Annotated[
-        int | None, typer.Option("--workers", help="Processes; one a processor otherwise.", show_default=False)
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="Dask scheduler to run on, as tcp://127.0.0.1:8786.", show_default=False),
-    ] = None,
-    rerun: Annotated[bool, typer.Option("--rerun", help="Replace runs of another model or other settings.")] = False,
+    document: Annotated[Path, argument("A study document, YAML or JSON.")],
+    output: Annotated[Path, option("Folder that keeps a file of every run.", "--output", "-o")],
+    workers: Annotated[int | None, option("Processes; one a processor otherwise.")] = None,
+    scheduler: Annotated[str | None, option("Dask scheduler to run on, as tcp://127.0.0.1:8786.")] = None,
+    rerun: Annotated[bool, option("Replace runs of another model or other settings.", "--rerun")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
     csv: CsvOption = None,
 ) -> None:
     """Run a model document with many values of its parameters; finished runs are not repeated."""
     from blockstruct.views import study_following, study_summary, study_table
+    from blockstruct.views.console import plain
     from blockstruct.views.output import write_csv
 
     out.quiet = quiet or as_json
@@ -68,19 +72,16 @@ def study(
             say(study_summary(bs.studies.summary(data)))
     say(f"kept: {output}; next: blockstruct archive {output}")
     if as_json:
-        typer.echo(json.dumps({"attrs": data.attrs, "units": rows.attrs["units"], "rows": _plain(rows)}, indent=2))
+        typer.echo(
+            json.dumps(
+                {"attrs": data.attrs, "units": rows.attrs["units"], "rows": plain(rows.to_dict("records"))}, indent=2
+            )
+        )
     if (~rows["status"].isin([s for s in bs.Status if s.is_answer]) | (rows["missing_curve"] != "")).any():
-        raise typer.Exit(NO_LOAD_FACTOR)
+        raise typer.Exit(Exit.NO_LOAD_FACTOR)
 
 
 def _with_units(rows: pd.DataFrame) -> pd.DataFrame:
     """Return rows with the unit of each column in its name, as in tables of histories."""
     units = rows.attrs["units"].items()
     return rows.rename(columns={name: f"{name} [{unit}]" for name, unit in units if unit != "dimensionless"})
-
-
-def _plain(rows: pd.DataFrame) -> list[dict[str, object]]:
-    """Return rows for JSON, with None for numbers that are not finite."""
-    finite = rows.astype(object).where(rows.notna() & ~rows.isin([math.inf, -math.inf]), None)
-    found: list[dict[str, object]] = json.loads(finite.to_json(orient="records"))
-    return found

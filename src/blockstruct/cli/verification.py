@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import NO_LOAD_FACTOR, app, say
+from blockstruct.cli.app import Exit, app, argument, option, say
 from blockstruct.keywords import did_you_mean
 
 #: Required and optional entries of a site, and an example.
@@ -23,39 +23,29 @@ _NO_PUSH = "a settlement has no push"
 
 SpectrumOption = Annotated[
     str | None,
-    typer.Option(
+    option(
+        "Site of NTC 2018, as in 'ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B, topography=T1': check local mechanisms.",
         "--spectrum",
-        help="Site of NTC 2018, as in 'ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B, topography=T1': check local mechanisms.",
-        show_default=False,
     ),
 ]
 ModeOption = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "Mode of the building, for a mechanism at a height: 'T=0.4 s, participation=1.3, shape=0.9, damping=0.1'.",
         "--mode",
-        help="Mode of the building, for a mechanism at a height: 'T=0.4 s, participation=1.3, shape=0.9, damping=0.1'.",
-        show_default=False,
     ),
 ]
-FactorOption = Annotated[
-    float | None, typer.Option("--confidence-factor", help="FC of the Circolare 7/2019.", show_default=False)
-]
-LevelOption = Annotated[
-    str | None, typer.Option("--knowledge-level", help="LC1, LC2 or LC3, instead of FC.", show_default=False)
-]
+FactorOption = Annotated[float | None, option("FC of the Circolare 7/2019.", "--confidence-factor")]
+LevelOption = Annotated[str | None, option("LC1, LC2 or LC3, instead of FC.", "--knowledge-level")]
 MethodOption = Annotated[
-    str | None,
-    typer.Option("--method", help="Method that the check relies on: linear or displacement.", show_default=_LINEAR),
+    str | None, option("Method that the check relies on: linear or displacement.", "--method", default=_LINEAR)
 ]
-CaseOption = Annotated[
-    str | None,
-    typer.Option("--case", help="Check one case; all with a push that converged otherwise.", show_default=False),
-]
+CaseOption = Annotated[str | None, option("Check one case; all with a push that converged otherwise.", "--case")]
 
 
 @app.command()
 def assess(
-    file: Annotated[Path, typer.Argument(help="An analysis file, or a model document to run.", show_default=False)],
+    file: Annotated[Path, argument("An analysis file, or a model document to run.")],
     spectrum: SpectrumOption,
     case: CaseOption = None,
     confidence_factor: FactorOption = None,
@@ -63,13 +53,9 @@ def assess(
     method: MethodOption = None,
     mode: ModeOption = None,
     direction: Annotated[
-        list[str] | None,
-        typer.Option(help="Direction of a push on a model document.", show_default="+x, -x, +y and -y"),
+        list[str] | None, option("Direction of a push on a model document.", default="+x, -x, +y and -y")
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Report of a model document, .html or .pdf.", show_default=False),
-    ] = None,
+    output: Annotated[Path | None, option("Report of a model document, .html or .pdf.", "--output", "-o")] = None,
 ) -> None:
     """Check local mechanisms after the Circolare 7/2019, C8.7.1.2.1.
 
@@ -94,7 +80,7 @@ def assess(
     missing = [f"{name} ({head.status.words})" for name, head in pushed.items() if math.isnan(head.load_factor)]
     if case is None and missing:
         say(f"not checked without a load factor: {', '.join(missing)}; the checks above do not cover these cases")
-        raise typer.Exit(NO_LOAD_FACTOR)
+        raise typer.Exit(Exit.NO_LOAD_FACTOR)
 
 
 def _building(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from blockstruct.contacts.detection import LARGEST_ANGLE, detect_interfaces
 from blockstruct.model import Block, Detection, FoundContact, Interface, checked_tuple
+from blockstruct.model.detection_report import LISTED
 from blockstruct.units import QuantityLike, to_quantity
 from blockstruct.vocabulary import counted
 
@@ -16,8 +17,6 @@ Array = NDArray[np.float64]
 
 #: Error of one corner of a quadrilateral, divided by the move of each corner into the new plane.
 CORNER_OFF = 4.0
-#: Largest number of joints in a printed list.
-LISTED = 20
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from blockstruct.geometry import (
     unsupported,
     without_far_sides,
 )
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model import (
     Block,
     Detection,
@@ -36,17 +37,14 @@ from blockstruct.model import (
     lies_between,
     overlaps,
 )
+from blockstruct.model.fit import OVERLAP
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
 
 # Limits of detection: lengths relative to the mean block size, areas relative to its square, angles in radians.
 
-#: Default gap tolerance: rounding.
-GAP = 1e-5
 #: Largest distance of two reported faces, and of two reported blocks without a contact: the width of a mortar joint.
 REACH, CLOSE = 1e-2, 0.1
-#: Default area tolerance, and area of a line with rounding.
-AREA, AREA_ROUNDING = 1e-6, 1e-9
 #: Default angle tolerance, as a text.
 ANGLE = "1 deg"
 #: Largest angle of two reported faces, and of two faces that look at each other, radians.
@@ -165,10 +163,10 @@ def _face_pairs(
 
     Pieces of one contact are joined.
     """
-    rounding = min(limits.gap, GAP * size)
+    rounding = min(limits.gap, OVERLAP * size)
     reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
     pairs = coplanar_face_pairs(shapes, reach, angle, rounding=rounding)
-    pairs = without_far_sides([p for p in pairs if p.area > AREA_ROUNDING * size**2], rounding)
+    pairs = without_far_sides([p for p in pairs if p.area > ROUNDING * size**2], rounding)
     apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
     met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
     judged = parts_not_hidden(met, pairs, rounding, limits.area) + [(p, ()) for p in apart]
@@ -234,8 +232,8 @@ def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None
 
 
 def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolerances:
-    gap = to_quantity(GAP * size, "length") if gap is None else gap
-    area = to_quantity(AREA * size**2, "area") if area is None else area
+    gap = to_quantity(OVERLAP * size, "length") if gap is None else gap
+    area = to_quantity(NEGLIGIBLE * size**2, "area") if area is None else area
     values = []
     for what, limit, dimension, unit in (
         ("tolerance", gap, "length", "m"),

@@ -217,49 +217,38 @@ def _write(  # noqa: PLR0913
 
 
 def _case(case: Case) -> dict[str, Any]:
+    head = {"name": case.name, "dead": case.dead.name}
     if isinstance(case, Pushover):
         block, direction = case.control
-        at = {} if case.control_point is None else {"point": [si_text(v, "length") for v in case.control_point]}
-        rounding = {"corner_rounding": si_text(case.corner_rounding, "length")} if case.corner_rounding else {}
-        return {
-            "kind": "pushover",
-            "name": case.name,
-            "dead": case.dead.name,
-            "variable": case.variable.name,
-            "control": {**({"block": block} if block else {}), "direction": list(direction), **at},
-            "steps": case.steps,
-            **rounding,
-        }
+        control = _stated(block=block or None, direction=list(direction), point=_text(case.control_point, "length"))
+        rounding = _text(case.corner_rounding or None, "length")
+        of_curve = {"control": control, "steps": case.steps, "corner_rounding": rounding}
+        return _stated(kind="pushover", **head, variable=case.variable.name, **of_curve)
     if isinstance(case, LimitCase):
-        return {
-            "name": case.name,
-            "dead": case.dead.name,
-            "variable": case.variable.name,
-            "flow": str(case.flow),
-        }
+        return head | {"variable": case.variable.name, "flow": str(case.flow)}
     if isinstance(case, RecordCase):
-        time = case.time
-        along = {} if case.direction is None else {"direction": list(case.direction)}
-        times = {n: si_text(v, "time") for n in ("interval", "time_step") if (v := getattr(case, n)) is not None}
-        return {
-            "kind": "record",
-            "name": case.name,
-            "dead": case.dead.name,
-            "acceleration": {"unit": "m/s^2", "values": np.array(case.acceleration).tolist()},
-            "time": si_text(time, "time") if isinstance(time, float) else {"unit": "s", "values": list(time)},
-            **along,
-            **times,
-        }
-    about = {} if case.about is None else {"about": [si_text(v, "length") for v in case.about]}
-    return {
-        "kind": "settlement",
-        "name": case.name,
-        "dead": case.dead.name,
-        "supports": list(case.supports),
-        "direction": list(case.direction),
-        **about,
-        "flow": str(case.flow),
-    }
+        acceleration = {"unit": "m/s^2", "values": np.array(case.acceleration).tolist()}
+        time = case.time if isinstance(case.time, float) else {"unit": "s", "values": list(case.time)}
+        times = {"time": time, "interval": case.interval, "time_step": case.time_step}
+        along = None if case.direction is None else list(case.direction)
+        texts = {name: v if isinstance(v, dict) else _text(v, "time") for name, v in times.items()}
+        return _stated(kind="record", **head, acceleration=acceleration, direction=along, **texts)
+    motion = {"about": _text(case.about, "length"), "displacement": _text(case.displacement, "length")}
+    steps = None if case.displacement is None else case.steps
+    supports = {"supports": list(case.supports), "direction": list(case.direction)}
+    return _stated(kind="settlement", **head, **supports, **motion, steps=steps, flow=str(case.flow))
+
+
+def _stated(**entries: Any) -> dict[str, Any]:
+    """Return the entries that have a value."""
+    return {name: value for name, value in entries.items() if value is not None}
+
+
+def _text(value: Any, dimension: str) -> str | list[str] | None:
+    """Return an SI value, or each of several, with its unit; None for an absent one."""
+    if value is None:
+        return None
+    return si_text(value, dimension) if isinstance(value, float) else [si_text(v, dimension) for v in value]
 
 
 def _joint(joint: JointMaterial) -> dict[str, Any]:

@@ -7,13 +7,17 @@
 (2.0, [1.0, 0.5, 0.5])
 """
 
-from blockstruct.geometry.between import parts_not_hidden, without_far_sides
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
-from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
-from blockstruct.geometry.joined import joined_pairs
-from blockstruct.geometry.lines import stretches_inside
-from blockstruct.geometry.lying import areas_on_bodies
-from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
+from blockstruct.geometry.coplanar import (
+    FacePair,
+    coplanar_face_pairs,
+    crossed_faces,
+    joined_pairs,
+    parts_not_hidden,
+    without_far_sides,
+)
+from blockstruct.geometry.faces import areas_on_bodies
+from blockstruct.geometry.neighbours import box_pairs, connected, separations, unsupported
 from blockstruct.geometry.overlap import bodies_at, overlapping_pairs
 from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
 from blockstruct.geometry.polygon import (
@@ -28,7 +32,7 @@ from blockstruct.geometry.polygon import (
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
 from blockstruct.geometry.touching import MovingBodies, Touching
-from blockstruct.geometry.triangles import triangulated
+from blockstruct.geometry.triangles import stretches_inside, triangulated
 
 __all__ = [
     # polyhedra
@@ -72,6 +76,7 @@ __all__ = [
     "screw_motions",
     # neighbours
     "box_pairs",
+    "connected",
     "separations",
     "unsupported",
 ]

@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
-from blockstruct.geometry.tolerances import NO_CELL, RECTANGLE, SAME_GRID
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING, SAME_GRID
 
 Array = NDArray[np.float64]
 Cells = tuple[Array, Array]
@@ -26,11 +26,6 @@ _ANGLES = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 _AROUND = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 _FINE = 16
 _PRESSURES = np.array([0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5])
-#: Difference of losses, edge lengths and numbers of rows that counts as rounding. The choice of the grid must not
-#: depend on rounding: a file has the same cells on every machine.
-_SAME = 1e-6
-#: Decimals of corners, relative to the extent, for the comparison of outlines.
-_DIGITS = 6
 
 
 def is_rectangle(points: Array) -> bool:
@@ -38,7 +33,7 @@ def is_rectangle(points: Array) -> bool:
     if len(points) != 4:
         return False
     first, second = points[2] - points[0], points[3] - points[1]
-    limit = RECTANGLE * np.linalg.norm(first)
+    limit = NEGLIGIBLE * np.linalg.norm(first)
     apart = np.linalg.norm(points[0] + points[2] - points[1] - points[3])
     return bool(apart <= limit and abs(np.linalg.norm(first) - np.linalg.norm(second)) <= limit)
 
@@ -91,8 +86,9 @@ def _regular(corners: Array, count: int) -> Cells:
 def _graded(corners: Array, count: int) -> Cells:
     axis, columns = 0, 1.0
     if count <= _SEARCHED:
-        # Congruent joints have the same grid, which is computed once.
-        axis, columns = _best((np.round(corners / np.ptp(corners), _DIGITS) + 0.0).tobytes(), count)
+        # Congruent joints have the same grid, which is computed once. It must not depend on rounding: a file has the
+        # same cells on every machine.
+        axis, columns = _best((np.round(corners / np.ptp(corners) / NEGLIGIBLE) * NEGLIGIBLE + 0.0).tobytes(), count)
     axes = _axes(corners, axis + 1)[axis]
     ((_, (centres, areas)),) = _grids(corners @ axes.T, count, np.array([columns]))
     return centres @ axes, areas
@@ -114,7 +110,7 @@ def _best(buffer: bytes, count: int) -> tuple[int, float]:
     exact = np.maximum(_moments(centres, areas, directions), np.finfo(float).tiny)
     moments = (_moments(centres, areas, directions) for _, _, centres, areas in grids)
     worst = np.array([(1 - m / exact).max() for m in moments])
-    axis, columns, *_ = grids[int(np.argmax(worst <= worst.min() + _SAME))]
+    axis, columns, *_ = grids[int(np.argmax(worst <= worst.min() + NEGLIGIBLE))]
     return axis, columns
 
 
@@ -140,7 +136,7 @@ def _grids(corners: Array, count: int, shares: Array) -> Iterator[tuple[float, C
     outline = shapely.Polygon(corners)
     shapely.prepare(outline)
     low, high = np.reshape(outline.bounds, (2, 2))
-    touching = NO_CELL * float(np.min(high - low))
+    touching = ROUNDING * float(np.min(high - low))
 
     def fitting(rows: int, columns: int | None = None) -> tuple[int, NDArray[np.object_]]:
         """Return the largest number of rows within ``count`` cells; by default with as many columns."""
@@ -169,11 +165,11 @@ def _arcs(n: int) -> Array:
 
 
 def _rounded(lengths: Array) -> Array:
-    return np.asarray(np.round(lengths / lengths.max() / _SAME))
+    return np.asarray(np.round(lengths / lengths.max() / NEGLIGIBLE))
 
 
 def _upwards(number: float) -> int:
-    return math.ceil(number - _SAME)
+    return math.ceil(number - NEGLIGIBLE)
 
 
 def _boxes(x: Array, y: Array, inset: float = 0.0) -> NDArray[np.object_]:
@@ -185,7 +181,7 @@ def _boxes(x: Array, y: Array, inset: float = 0.0) -> NDArray[np.object_]:
 def _cut(outline: shapely.Polygon, boxes: NDArray[np.object_]) -> Cells:
     parts = shapely.get_parts(shapely.intersection(boxes, outline))
     areas = shapely.area(parts)
-    keep = areas > NO_CELL * outline.area
+    keep = areas > ROUNDING * outline.area
     return shapely.get_coordinates(shapely.centroid(parts[keep])), areas[keep]
 
 

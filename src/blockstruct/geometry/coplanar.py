@@ -1,6 +1,9 @@
-"""Pairs of faces that look at each other and have a common area."""
+"""Pairs of faces that look at each other and have a common area: joined over facets, without bodies in between."""
 
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import copysign
 
 import numpy as np
 import shapely
@@ -10,7 +13,7 @@ from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import box_pairs
 from blockstruct.geometry.polygon import plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import SIDEWAYS
+from blockstruct.geometry.tolerances import ALIKE, SIDEWAYS, SNAP
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -150,3 +153,222 @@ def _half_space_sign(normals: Array) -> Array:
     x, y, z = np.where(np.abs(normals) < SIDEWAYS, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)
+
+
+def joined_pairs(pairs: Sequence[FacePair], gap: float, angle: float, rounding: float) -> list[FacePair]:
+    """Join face pairs of the same bodies that lie in one plane and touch.
+
+    Pieces lie in one plane if their normals are within the angle of the mean normal, and their corners within the gap
+    of the mean plane. Pieces around a hole stay separate, because an interface has no holes.
+
+    Parameters
+    ----------
+    pairs
+        In the order of :func:`coplanar_face_pairs`.
+    gap, angle, rounding
+        Tolerances of the detection; angle in radians.
+    """
+    joined: list[FacePair] = []
+    of_bodies: dict[frozenset[int], list[FacePair]] = {}
+    for pair in pairs:
+        of_bodies.setdefault(frozenset((pair.minus, pair.plus)), []).append(pair)
+    for rest in of_bodies.values():
+        while len(rest) > 1:
+            in_plane = _in_one_plane(rest, rest, gap, angle)
+            if not in_plane.all():
+                in_plane = _in_one_plane(rest, [max(rest, key=lambda p: p.area)], gap, angle)
+            joined += _whole([p for p, fits in zip(rest, in_plane, strict=True) if fits], gap, rounding)
+            rest = [p for p, fits in zip(rest, in_plane, strict=True) if not fits]
+        joined += rest
+    joined.sort(key=lambda p: (p.minus, p.plus, *p.polygon[0]))
+    return joined
+
+
+def _plane(pieces: Sequence[FacePair]) -> tuple[Array, Array]:
+    """Return the middle (3,) and the unit normal (3,) of pieces, weighted by their areas."""
+    weight = np.array([p.area for p in pieces])
+    normal = weight @ _normals(pieces, pieces[int(np.argmax(weight))])
+    middle = weight @ np.array([p.polygon.mean(axis=0) for p in pieces]) / weight.sum()
+    return middle, normal / np.linalg.norm(normal)
+
+
+def _normals(pieces: Sequence[FacePair], like: FacePair) -> Array:
+    """Return the normals (m, 3) towards the plus side of one piece; in a rough vertical joint the sides may differ."""
+    return np.array([p.normal if p.minus == like.minus else -p.normal for p in pieces])
+
+
+def _in_one_plane(
+    pieces: Sequence[FacePair], reference: Sequence[FacePair], gap: float, angle: float
+) -> NDArray[np.bool_]:
+    """Return which pieces lie in the mean plane of a reference. A single reference piece always does."""
+    middle, normal = _plane(reference)
+    normals = _normals(pieces, max(reference, key=lambda p: p.area))
+    tilt = 2 * np.arcsin(np.minimum(np.linalg.norm(normals - normal, axis=1) / 2, 1.0))
+    off = np.array([np.abs((p.polygon - middle) @ normal).max() for p in pieces])
+    is_reference = np.array([len(reference) == 1 and p is reference[0] for p in pieces])
+    return np.asarray(((tilt <= angle) & (off <= gap)) | is_reference)
+
+
+def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair]:
+    if len(pieces) == 1:
+        return pieces
+    middle, normal = _plane(pieces)
+    axes = np.stack(plane_axes(normal))
+    outlines = uncrossed(np.array([shapely.Polygon((p.polygon - middle) @ axes.T) for p in pieces]))
+    union = shapely.union_all(outlines, grid_size=SNAP * rounding)
+    pieced = union
+    if _has_holes(union) or len(shapely.get_parts(union)) > 1:
+        # Close slits between pieces of a rough face that are no wider than the gap.
+        closed = shapely.buffer(union, gap, join_style="mitre", mitre_limit=20)
+        union = shapely.buffer(closed, -gap, join_style="mitre", mitre_limit=20)
+    parts = shapely.get_parts(uncrossed(shapely.get_parts(shapely.simplify(shapely.normalize(union), rounding))))
+    parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)]
+    # Closed slits may leave corners outside all pieces.
+    parts = parts[shapely.area(shapely.intersection(parts, pieced)) > 0.5 * shapely.area(parts)]
+    if _has_holes(union) or not 0 < len(parts) < len(pieces):
+        return pieces
+    largest = max(pieces, key=lambda p: p.area)
+    return [
+        FacePair(
+            largest.minus,
+            largest.plus,
+            middle + shapely.get_coordinates(part)[:-1] @ axes,
+            normal,
+            float(part.area),
+            max((p.gap for p in pieces), key=abs),
+            min(p.closest for p in pieces),
+            max(p.angle for p in pieces),
+        )
+        for part in shapely.orient_polygons(parts)
+    ]
+
+
+def _has_holes(shape: shapely.Geometry) -> bool:
+    return bool(shapely.get_num_interior_rings(shapely.get_parts(shape)).any())
+
+
+#: Face pairs by their two bodies, in both orders.
+OfBodies = dict[int, dict[int, list[FacePair]]]
+
+
+def parts_not_hidden(
+    pairs: Sequence[FacePair], faces: Iterable[FacePair], rounding: float, least: float
+) -> list[tuple[FacePair, tuple[int, ...]]]:
+    """Split face pairs into parts without and parts with another body between the two faces.
+
+    A body is between the faces of a pair if it has a face that looks at each of them.
+
+    Parameters
+    ----------
+    pairs
+        Pairs to split. Pairs with a gap of rounding stay whole.
+    faces
+        All common areas of faces from :func:`coplanar_face_pairs`, with a reach of at least the gaps.
+    rounding
+        Gap that is rounding: no body is in it.
+    least
+        Smallest area that a body hides.
+
+    Returns
+    -------
+    list of (FacePair, tuple of int)
+        Without bodies: a free part, without holes. Parts nowhere wider than their gap are dropped. With bodies: the
+        part that they hide. Its area is exact; its polygon is the polygon of the whole pair.
+    """
+    parts: list[tuple[FacePair, tuple[int, ...]]] = []
+    of_bodies: OfBodies = defaultdict(lambda: defaultdict(list))
+    if any(pair.gap > rounding for pair in pairs):
+        for face in faces:
+            of_bodies[face.minus][face.plus].append(face)
+            of_bodies[face.plus][face.minus].append(face)
+    for pair in pairs:
+        hidden = dict(_hidden(pair, of_bodies, least)) if pair.gap > rounding else {}
+        if hidden:
+            outline = _flat(pair, [pair])
+            free = shapely.difference(outline, shapely.union_all(list(hidden.values())))
+            kept = [part for part in _without_holes(free) if not shapely.buffer(part, -pair.gap / 2).is_empty]
+            parts += [(_lifted(pair, part), ()) for part in kept]
+            area = pair.area - sum(float(part.area) for part in kept)
+            parts.append((replace(pair, area=area), tuple(hidden)))
+        else:
+            parts.append((pair, ()))
+    return parts
+
+
+def without_far_sides(pairs: Sequence[FacePair], rounding: float) -> list[FacePair]:
+    """Drop face pairs that seem to penetrate through the whole thickness of two thin bodies.
+
+    For two sheets, one on the other, the outer faces also look at each other, through both sheets. If two other faces
+    of the same bodies look at each other in the opposite direction and are closer, they are the joint.
+    """
+    of_bodies: dict[frozenset[int], list[FacePair]] = defaultdict(list)
+    for pair in pairs:
+        of_bodies[frozenset((pair.minus, pair.plus))].append(pair)
+    return [
+        pair
+        for pair in pairs
+        if pair.gap >= -rounding
+        or not any(_is_nearer(other, pair) for other in of_bodies[frozenset((pair.minus, pair.plus))])
+    ]
+
+
+def _is_nearer(other: FacePair, pair: FacePair) -> bool:
+    """Whether another pair of the same bodies is their joint, and ``pair`` their outer faces."""
+    sense = 1 if other.minus == pair.minus else -1
+    if abs(other.gap) >= abs(pair.gap) or sense * float(other.normal @ pair.normal) > -ALIKE:
+        return False
+    return bool(_flat(pair, [pair]).intersection(_flat(pair, [other])).area > pair.area / 2)
+
+
+def _hidden(pair: FacePair, of_bodies: OfBodies, least: float) -> Iterator[tuple[int, shapely.Geometry]]:
+    """Yield the bodies between the faces of a pair, and the part that each hides, in the plane of the pair."""
+    for body in of_bodies[pair.minus].keys() & of_bodies[pair.plus].keys():
+        below = _between(pair, pair.minus, of_bodies[pair.minus][body], 1.0)
+        above = _between(pair, pair.plus, of_bodies[pair.plus][body], -1.0) if below else []
+        if above:
+            part = shapely.intersection(_flat(pair, below), _flat(pair, above))
+            part = shapely.intersection(part, _flat(pair, [pair]))
+            if part.area > least:
+                yield body, part
+
+
+def _between(pair: FacePair, end: int, faces: Sequence[FacePair], sense: float) -> list[FacePair]:
+    """Select faces that look at the face of one body of a pair and are nearer than the other face of the pair."""
+    return [
+        face
+        for face in faces
+        if sense * (1 if face.minus == end else -1) * float(face.normal @ pair.normal) > ALIKE
+        and copysign(face.closest, face.gap) < pair.gap
+    ]
+
+
+def _flat(pair: FacePair, faces: Sequence[FacePair]) -> shapely.Geometry:
+    """Return the union of the polygons of faces in the plane of a pair."""
+    axes = np.stack(plane_axes(pair.normal))
+    middle = pair.polygon.mean(axis=0)
+    outlines = uncrossed(np.array([shapely.Polygon((face.polygon - middle) @ axes.T) for face in faces]))
+    return shapely.union_all(outlines)
+
+
+def _lifted(pair: FacePair, part: shapely.Geometry) -> FacePair:
+    """Return a part of a pair as a pair in space."""
+    axes = np.stack(plane_axes(pair.normal))
+    corners = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
+    return replace(pair, polygon=pair.polygon.mean(axis=0) + corners @ axes, area=float(part.area))
+
+
+def _without_holes(shape: shapely.Geometry) -> list[shapely.Geometry]:
+    """Return the polygons of a shape, cut at their holes."""
+    whole: list[shapely.Geometry] = []
+    rest = list(shapely.get_parts(shape))
+    while rest:
+        part = rest.pop()
+        if shapely.get_type_id(part) != shapely.GeometryType.POLYGON or part.is_empty:
+            continue
+        if not part.interiors:
+            whole.append(part)
+            continue
+        x, (low_x, low_y, high_x, high_y) = part.interiors[0].centroid.x, part.bounds
+        sides = shapely.box(low_x, low_y, x, high_y), shapely.box(x, low_y, high_x, high_y)
+        rest += [piece for side in sides for piece in shapely.get_parts(shapely.intersection(part, side))]
+    return whole

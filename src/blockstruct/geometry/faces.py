@@ -1,15 +1,17 @@
-"""All faces of many bodies as flat arrays."""
+"""All faces of many bodies as flat arrays, and polygons that lie on them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import expanded
-from blockstruct.geometry.polygon import flat_polygons
+from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import CHUNK, LIES_ON
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -55,3 +57,88 @@ class Faces:
         """Return the outlines of faces, each in the plane with axes (m, 2, 3) about its origin (m, 3)."""
         of_corner, corner, _ = expanded(self.start[index], self.count[index])
         return flat_polygons(self.corners[corner], of_corner, axes, middle, extent)
+
+
+def areas_on_bodies(
+    polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, bodies: Sequence[Polyhedron], of: Index
+) -> tuple[Array, Array]:
+    """Return the areas (m,) of polygons on faces of their bodies, and the distances (m,) of their corners from there.
+
+    The distance is the largest of a corner from the part of the polygon on the body. It detects spikes, which have
+    almost no area. Both are measured in the plane of the polygon, over faces that look along its normal. Parts further
+    from the plane of the face than the limits do not count.
+
+    Parameters
+    ----------
+    polygons
+        Corners (k, 3) of each polygon.
+    normals : (m, 3) array
+        Unit normals.
+    limits, inside : (m,) arrays
+        Largest distances outside and inside the body.
+    bodies
+        Polyhedra.
+    of : (m,) array
+        Body of each polygon.
+    """
+    faces = Faces.of(bodies)
+    begin = np.searchsorted(faces.body, np.arange(len(bodies) + 1))
+    count = np.diff(begin)[of]
+    low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
+    areas, starts = np.zeros(len(polygons)), np.cumsum([0, *map(len, polygons)])
+    distance = np.full(starts[-1], np.inf)
+    for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
+        row, face, _ = expanded(begin[of[part]], count[part])
+        k = part[row]
+        reach = np.maximum(limits, inside)[k, None]
+        near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
+        near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
+        k, face = k[near], face[near]
+        if len(k):
+            chosen = [polygons[i] for i in k.tolist()]
+            shared, corners = _shared(chosen, normals[k], limits[k], inside[k], faces, face)
+            np.add.at(areas, k, shapely.area(shared))
+            pair, corner, _ = expanded(starts[k], np.diff(starts)[k])
+            # The distance from an empty part is NaN, which fmin ignores.
+            np.fmin.at(distance, corner, shapely.distance(shared[pair], corners))
+    return areas, np.maximum.reduceat(distance, starts[:-1])
+
+
+def _shared(
+    polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, faces: Faces, face: Index
+) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+    """Return the common parts of polygons (m,) and one face each, within the limits, and the corners in that plane."""
+    middles = np.array([p.mean(axis=0) for p in polygons])
+    axes = np.stack(plane_axes(normals), axis=1)
+    of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+    extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
+    outlines = flat_polygons(np.concatenate(polygons), of, axes, middles, extent)
+    shared = intersections(outlines, uncrossed(faces.outlines(face, axes, middles, extent)))
+    # Height of the plane of the face over the plane of the polygon, linear over the polygon.
+    facing = np.einsum("ij,ij->i", faces.normal[face], normals)
+    level = np.einsum("ij,ij->i", faces.centre[face] - middles, faces.normal[face]) / facing
+    slope = -np.einsum("kaj,kj->ka", axes, faces.normal[face]) / facing[:, None]
+    ends, pair = shapely.get_coordinates(shared, return_index=True)
+    heights = level[pair] + np.einsum("ka,ka->k", ends, slope[pair])
+    far = np.unique(pair[(heights < -limits[pair]) | (heights > inside[pair])])
+    if len(far):
+        strips = _strips(level[far], slope[far], -limits[far], inside[far], extent[far])
+        shared[far] = shapely.intersection(shared[far], strips)
+    return shared, np.asarray(shapely.points(np.einsum("kaj,kj->ka", axes[of], np.concatenate(polygons) - middles[of])))
+
+
+def _strips(level: Array, slope: Array, lowest: Array, highest: Array, extent: Array) -> NDArray[np.object_]:
+    """Return the strips where linear functions (m,) of two coordinates are between two values, over an extent."""
+    steep = np.linalg.norm(slope, axis=1)[:, None]
+    along = np.divide(slope, steep, out=np.tile([1.0, 0.0], (len(slope), 1)), where=steep > 0)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    far = 4 * extent[:, None]
+    # From the origin along the slope. Without a slope the whole plane is too far.
+    low, high = (
+        np.clip(np.divide(end, steep, out=np.full_like(steep, np.inf), where=steep > 0), -far, far)
+        for end in ((lowest - level)[:, None], (highest - level)[:, None])
+    )
+    corners = [low * along - far * across, high * along - far * across]
+    corners += [high * along + far * across, low * along + far * across]
+    # GEOS does not accept polygons without width.
+    return uncrossed(np.asarray(shapely.polygons(np.stack(corners, axis=1))))

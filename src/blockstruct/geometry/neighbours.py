@@ -15,13 +15,18 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
-    """Return which of n bodies have no path over touching pairs (m, 2) to a held body (n,)."""
+def connected(pairs: Index, n: int) -> Index:
+    """Return the number (n,) of the connected part of each of n nodes, which pairs (m, 2) join."""
     from scipy.sparse.csgraph import connected_components
 
-    ends, n = ends.reshape(-1, 2), len(held)
-    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
-    label = connected_components(graph, directed=False)[1] if n else np.empty(0)
+    pairs = pairs.reshape(-1, 2)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1] if n else np.empty(0), dtype=np.int64)
+
+
+def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
+    """Return which of n bodies have no path over touching pairs (m, 2) to a held body (n,)."""
+    label = connected(ends, len(held))
     return np.flatnonzero(~np.isin(label, label[held]))
 
 

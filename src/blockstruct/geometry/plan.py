@@ -9,15 +9,11 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import ROUNDING, SIDEWAYS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Outlines = NDArray[Any]
-
-#: Vertical component of a unit normal up to which a face is vertical and has no area in plan.
-UPRIGHT = 1e-3
-#: Area in plan, relative to the square of the size of a face, that counts as rounding.
-_NO_AREA = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +39,13 @@ class PlanFaces:
         """Return the parts between two levels of faces that look up (sense 1) or down (sense −1)."""
         body, outline, height = [], [], []
         for i, shape in enumerate(shapes):
-            for k in np.flatnonzero(sense * shape.normals[:, 2] > UPRIGHT):
+            for k in np.flatnonzero(sense * shape.normals[:, 2] > SIDEWAYS):
                 corners = shape.vertices[list(shape.faces[k])]
                 part = clipped(clipped(corners, 2, high), 2, low, keep=1)
                 if len(part) < 3:
                     continue
                 polygon = shapely.make_valid(shapely.Polygon(part[:, :2]))
-                if polygon.area <= _NO_AREA * np.ptp(corners, axis=0).max() ** 2:
+                if polygon.area <= ROUNDING * np.ptp(corners, axis=0).max() ** 2:
                     continue
                 n, centre = shape.normals[k], corners.mean(axis=0)
                 body.append(i)
@@ -75,7 +71,7 @@ class PlanFaces:
     def within(self, region: Any) -> Self:
         """Return the parts in a region of the plan."""
         inside = type(self)(self.body, shapely.intersection(self.outline, region), self.height)
-        return inside[shapely.area(inside.outline) > _NO_AREA * region.area] if len(self) else self
+        return inside[shapely.area(inside.outline) > ROUNDING * region.area] if len(self) else self
 
     def without(self, covers: Self, tolerance: float, reach: float = np.inf) -> Self:
         """Subtract the areas under other faces at the same height, to a tolerance, or above, up to a reach."""
@@ -93,7 +89,7 @@ class PlanFaces:
         for k in np.unique(one[over]):
             outline[k] = shapely.difference(outline[k], shapely.union_all(shared[over & (one == k)]))
         rest = type(self)(self.body, outline, self.height)
-        return rest[shapely.area(outline) > _NO_AREA * shapely.area(self.outline)]
+        return rest[shapely.area(outline) > ROUNDING * shapely.area(self.outline)]
 
     def triangles(self) -> tuple[Array, Index]:
         """Return triangles of the outlines: corners (m, 3, 2), and the index of the part of each."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import polygon_area
-from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NO_AREA, NO_VOLUME, PLANARITY
+from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NEGLIGIBLE, NO_AREA, ROUNDING
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class Polyhedron:
     def nonplanar_faces(self) -> list[int]:
         """Faces that deviate from a plane by more than rounding."""
         size = float(np.ptp(self.vertices, axis=0).max())
-        return [int(f) for f in np.flatnonzero(self.deviations > PLANARITY * size)]
+        return [int(f) for f in np.flatnonzero(self.deviations > NEGLIGIBLE * size)]
 
     @property
     def second_moments(self) -> Array:
@@ -153,7 +153,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
 
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
     volume = float(tetrahedra.sum())
-    if abs(volume) <= NO_VOLUME * size**3:
+    if abs(volume) <= ROUNDING * size**3:
         msg = f"block {name!r}: the volume is zero; give a body with thickness in all three directions"
         raise GeometryError(msg)
     if volume < 0:

@@ -1,4 +1,4 @@
-"""Contact points of moved bodies that touch or nearly touch, with normals and gaps."""
+"""Contact points of moved bodies that touch or nearly touch, with normals and gaps; their corners may be rounded."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,11 +12,63 @@ from blockstruct.geometry.clipping import Clipped, clipped
 from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.rounding import inset, largest_radius
-from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, LOOKS, NO_CROSSING, NO_EDGE, NO_WIDTH, ROUNDED
+from blockstruct.geometry.tolerances import DEEP, FACING, LOOKS, NEGLIGIBLE, NO_CROSSING, ROUNDING
 from blockstruct.geometry.triangles import triangulated
 
 Array = NDArray[np.float64]
+
+
+def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array | None:
+    """Return the region of the centre of a ball that rolls inside a body along a face, one radius below the face.
+
+    Towards an edge the region ends where the ball touches the adjacent face, at ``r tan(ε / 2)`` from the edge, with
+    the outer angle ε between the normals. The distance is r for a right angle, and zero for a flat or inner edge.
+
+    Parameters
+    ----------
+    corner : (k, 3) array
+        Corners of a convex face, counter-clockwise seen from outside.
+    normal : (3,) array
+    others : (k, 3) array
+        Normals of the adjacent faces, at the edges that start at the corners.
+    radius
+        Radius of the ball, m.
+
+    Returns
+    -------
+    (k, 3) array or None
+        Corners of the region; None if it is empty.
+    """
+    along, moves = _moves(corner, normal, others)
+    points = corner + radius * moves
+    left = np.roll(points, -1, axis=0) - points
+    if not np.all(np.einsum("ki,ki->k", left, along) > 0):
+        return None
+    return np.asarray(points)
+
+
+def largest_radius(corner: Array, normal: Array, others: Array) -> float:
+    """Return the radius, m, from which on :func:`inset` is empty; infinite if the face keeps its size."""
+    along, moves = _moves(corner, normal, others)
+    # Edges shorten in proportion to the radius.
+    length = np.linalg.norm(np.roll(corner, -1, axis=0) - corner, axis=1)
+    shorter = -np.einsum("ki,ki->k", np.roll(moves, -1, axis=0) - moves, along)
+    return float(np.min(length[shorter > 0] / shorter[shorter > 0], initial=np.inf))
+
+
+def _moves(corner: Array, normal: Array, others: Array) -> tuple[Array, Array]:
+    """Return the directions of the edges from the corners, and the moves of the corners per unit of radius."""
+    along = np.roll(corner, -1, axis=0) - corner
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    inwards = np.cross(normal, along)
+    lean = -np.einsum("ki,ki->k", others, inwards)
+    away = np.maximum(lean, 0.0) / np.maximum(1 + others @ normal, 1e-9)
+    rows = np.stack([inwards, np.roll(inwards, 1, axis=0), np.tile(normal, (len(corner), 1))], axis=1)
+    moved = np.stack([away, np.roll(away, 1), np.full(len(corner), -1.0)], axis=1)
+    # Collinear edges repeat one condition, hence the pseudo-inverse.
+    return along, np.einsum("kij,kj->ki", np.linalg.pinv(rows, rcond=1e-9), moved)
+
+
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
@@ -110,7 +162,7 @@ class MovingBodies:
                 owner.append(i)
                 looks.append(max(FACING, edge_angle, corner_angle))
                 edged.append(edge_angle)
-                flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
+                flat.append([bool(body.normals[f] @ other > 1 - ROUNDING) for other in others])
         if least[0] < np.inf:
             # The factor keeps the rounded number in the message below the limit.
             msg = (
@@ -166,12 +218,12 @@ class MovingBodies:
         one = np.take_along_axis(corner[first], back[:, :, None], 1)
         other = corner[second]
         seen = [np.einsum("pvi,pai->pva", corners - origin[:, None], axes) for corners in (one, other)]
-        shared = clipped(seen[0], count, seen[1], self.count[second], flush=NO_EDGE * size)
+        shared = clipped(seen[0], count, seen[1], self.count[second], flush=ROUNDING * size)
 
         lengths = np.linalg.norm(shared.edges, axis=2).sum(axis=1)
         width = 2 * shared.area / np.maximum(lengths, 1e-300)
-        wide = width > NO_WIDTH * size
-        shared, width = shared[wide].without_short_edges(NO_EDGE * size), width[wide]
+        wide = width > NEGLIGIBLE * size
+        shared, width = shared[wide].without_short_edges(ROUNDING * size), width[wide]
         first, second, middle, axes, origin, one, other, back = (
             a[wide] for a in (first, second, middle, axes, origin, one, other, back)
         )
@@ -210,7 +262,7 @@ class MovingBodies:
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
         # At a crossing of two edges, each tilts its nearest face in its own plane: for boxes by 60 degrees in total.
-        crossing = (1 - ROUNDED) * np.arccos(np.cos(self.edged[first]) * np.cos(self.edged[second]))
+        crossing = (1 - ROUNDING) * np.arccos(np.cos(self.edged[first]) * np.cos(self.edged[second]))
         looks = np.minimum(np.maximum.reduce([self.looks[first], self.looks[second], crossing]), LOOKS)
         facing = _dots(normal[first], normal[second]) < -np.cos(looks)
         first, second = first[facing], second[facing]
@@ -290,7 +342,7 @@ def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> tuple[
     at = np.unique(np.column_stack([start, one]), axis=0)
     centre = np.array([corners[list(face)].mean(axis=0) for face in body.faces])
     cosine = _dots(normals[one], normals[other])
-    out = (_dots(normals[one], centre[other] - corners[start]) <= 0) | (cosine > FLAT)
+    out = (_dots(normals[one], centre[other] - corners[start]) <= 0) | (cosine > 1 - ROUNDING)
     halves = np.arccos(np.clip(cosine, -1.0, 1.0)) / 2
     points = np.zeros_like(corners)
     np.add.at(points, at[:, 0], normals[at[:, 1]])

@@ -4,8 +4,7 @@ from blockstruct.imports.assembly import read_assembly
 from blockstruct.imports.drawing import read_drawing
 from blockstruct.imports.ifc import read_ifc
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
-from blockstruct.imports.mesh import read_mesh
-from blockstruct.imports.obj import write_obj
+from blockstruct.imports.mesh import read_mesh, write_obj
 from blockstruct.imports.rhino import read_rhino
 from blockstruct.imports.several import read_files
 

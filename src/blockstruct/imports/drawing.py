@@ -12,29 +12,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
-from blockstruct.imports.expansion import check_expansion
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import enclosed, prism, read_outline
 from blockstruct.imports.solid import Content, Face, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
-from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE
+from blockstruct.imports.tolerances import DEPTH
 from blockstruct.model import Material
-from blockstruct.model.checks import positive_length
+from blockstruct.model.checks import MOST_BLOCKS, positive_length
 from blockstruct.units import QuantityLike
+
+
+def check_expansion(drawing: Any, path: Path, depth: int) -> None:
+    """Refuse a drawing whose inserted blocks expand to too many entities, followed to a depth.
+
+    Raises
+    ------
+    GeometryFileError
+        If there are too many. The message names the block in the model space with the most entities.
+    """
+    known: dict[tuple[str, int], int] = {}
+
+    def inside(name: str, level: int) -> int:
+        """Return the number of entities in a block, including nested blocks."""
+        key = (name.lower(), level)
+        if key not in known:
+            known[key] = sum(sizes_of(drawing.blocks.get(name) or (), level)) if level <= depth else 0
+        return known[key]
+
+    def sizes_of(entities: Iterable[Any], level: int) -> Iterable[int]:
+        for entity in entities:
+            yield 1
+            if entity.dxftype() == "INSERT":
+                yield _copies(entity) * (1 + inside(_name(entity), level + 1))
+
+    inserts = [e for e in drawing.modelspace() if e.dxftype() == "INSERT"]
+    sizes = [_copies(e) * (1 + inside(_name(e), 1)) for e in inserts]
+    if sum(sizes) > MOST_BLOCKS:
+        worst = inserts[sizes.index(max(sizes))]
+        msg = (
+            f"{path}: its blocks expand to {sum(sizes):.3g} entities, block {_name(worst)!r} alone to "
+            f"{max(sizes):.3g}, the limit is {MOST_BLOCKS}; remove entities that are not stones, or draw fewer copies"
+        )
+        raise GeometryFileError(msg)
+
+
+def _name(insert: Any) -> str:
+    return str(insert.dxf.get("name", ""))
+
+
+def _copies(insert: Any) -> int:
+    """Return rows times columns in the file, at most a billion."""
+    rows, columns = (int(insert.dxf.get(f"{what}_count", 1)) for what in ("row", "column"))
+    return min(max(1, rows) * max(1, columns), 10**9)
+
 
 Array = NDArray[np.float64]
 
-_SURVEY_FOOT = 1200 / 3937
 #: Units of a drawing in m, by their code in $INSUNITS, from microinches to miles.
 _STATED_UNITS = {
     **{1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144},
     **{13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
-    **{21: _SURVEY_FOOT, 22: _SURVEY_FOOT / 12, 23: 3 * _SURVEY_FOOT, 24: 5280 * _SURVEY_FOOT},
+    # The foot, inch, yard and mile of surveys.
+    **{code: feet * 1200 / 3937 for code, feet in ((21, 1), (22, 1 / 12), (23, 3), (24, 5280))},
 }
 #: Bodies without faces in the file: only the program that wrote them can compute the faces.
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
-#: Flag of a control point of a spline among the vertices of a polyline.
-_CONTROL_POINT = 16
 #: Group codes of numbers.
 _NUMERIC = {*range(10, 100), *range(110, 180), *range(210, 240), *range(270, 290), *range(370, 390), *range(400, 410)}
 _NUMERIC |= {*range(420, 430), *range(440, 470), *range(1010, 1072)}
@@ -151,21 +194,21 @@ def drawing_content(  # noqa: PLR0913
         raise ModelError(msg)
     check_expansion(drawing, path, DEPTH)
     frozen = frozenset(layer.dxf.name.lower() for layer in drawing.layers if layer.is_frozen())
-    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen)
+    fixed_layers = {supports} if isinstance(supports, str) else set(supports)
+    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen, material, fixed_layers)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
     # DXF ignores the case of layer names, and entities may be on layers outside the table.
     listed = {name.lower(): name for name in layers}
     entities = [(e, listed.get(name.lower(), name), h) for e, name, h in _entities(drawing.modelspace(), reading)]
     known = {*layers, *(layer for _, layer, _ in entities)}
-    materials = material if isinstance(material, Mapping) else None
-    fixed_layers = {supports} if isinstance(supports, str) else set(supports)
-    check_layers({*(materials or ()), *fixed_layers}, known, path)
+    of_layers = material if isinstance(material, Mapping) else known
+    check_layers({*of_layers, *fixed_layers}, known, path)
     for entity, layer, handle in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
         elif entity.dxf.get("invisible", 0):
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is hidden", handle)
-        elif materials is not None and layer not in materials:
+        elif layer not in of_layers:
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
         else:
             reading.add(entity, layer, handle)
@@ -175,19 +218,7 @@ def drawing_content(  # noqa: PLR0913
         faces = [tuple(range(a, a + len(c))) for a, c in zip(starts.tolist(), corners, strict=False)]
         reading.add_body(layer, np.concatenate(corners), faces)
     checked_faces(sum(len(body.faces) for body in reading.bodies), path)
-    solids = []
-    for body in reading.bodies:
-        stone: Any = material if materials is None else materials[body.layer]
-        solids.append(Solid(body.name, body.vertices, body.faces, stone, body.layer in fixed_layers))
-    return Content(solids, reading.left_out.texts("handle "), reading.repairs, notes)
-
-
-@dataclass(frozen=True, slots=True)
-class _Body:
-    layer: str
-    name: str
-    vertices: Array
-    faces: list[Face]
+    return Content(reading.bodies, reading.left_out.texts("handle "), reading.repairs, notes)
 
 
 @dataclass(slots=True)
@@ -201,7 +232,9 @@ class _Reading:
     segments: int | None
     closing: float | None
     frozen: frozenset[str]
-    bodies: list[_Body] = field(default_factory=list)
+    material: Material | Mapping[str, Material]
+    supports: set[str]
+    bodies: list[Solid] = field(default_factory=list)
     count: Counter[str] = field(default_factory=Counter)
     loose: dict[str, list[Array]] = field(default_factory=dict)
     repairs: list[Repair] = field(default_factory=list)
@@ -228,7 +261,8 @@ class _Reading:
         """Add a body with the next number of its layer; return its name."""
         self.count[layer] += 1
         name = f"{layer}.{self.count[layer]}"
-        self.bodies.append(_Body(layer, name, vertices, faces))
+        stone = self.material[layer] if isinstance(self.material, Mapping) else self.material
+        self.bodies.append(Solid(name, vertices, faces, stone, layer in self.supports))
         return name
 
     def _add(self, entity: Any, layer: str, handle: str) -> None:
@@ -239,7 +273,8 @@ class _Reading:
         elif kind == "POLYLINE" and entity.is_2d_polyline:
             level = entity.dxf.elevation.z
             # The control points of a fitted spline are not on the curve.
-            drawn = [v for v in entity.vertices if not v.dxf.flags & _CONTROL_POINT]
+            control = package("ezdxf.lldxf.const", "cad", str(self.path)).VTX_SPLINE_FRAME_CONTROL_POINT
+            drawn = [v for v in entity.vertices if not v.dxf.flags & control]
             corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in drawn]
             self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
         elif kind == "MESH" and entity.dxf.get("subdivision_levels", 0):
@@ -262,7 +297,7 @@ class _Reading:
             self.leave_out(f"polyline of fewer than two corners on layer {layer}", handle)
             return
         ocs = entity.ocs()
-        if abs(ocs.uz.z) < IN_DRAWING_PLANE:
+        if abs(ocs.uz.z) < 1 - ROUNDING:
             remedy = "to be drawn in it or exported as a mesh"
             self.leave_out(f"polyline out of the drawing plane on layer {layer}, {remedy}", handle)
             return
@@ -282,7 +317,7 @@ class _Reading:
             msg = f"{who} has arcs; give segments, the number of straight pieces for each arc"
             raise GeometryFileError(msg)
         size = float(np.ptp(points, axis=0).max())
-        if len(outline.corners) < 3 or enclosed(outline.corners) <= OUTLINE * size**2:
+        if len(outline.corners) < 3 or enclosed(outline.corners) <= NEGLIGIBLE * size**2:
             self.leave_out(f"polyline without area on layer {layer}", handle)
             return
         # Signed thickness along z; the normal of the polyline may look down.
@@ -295,7 +330,7 @@ class _Reading:
         body = prism(outline.corners, float(level), side * thickness, standing=self.standing)
         name = self.add_body(layer, *body)
         done = {"arcs": outline.rise * self.scale, "retraced": outline.retraced}
-        if outline.gap > OUTLINE * size:
+        if outline.gap > NEGLIGIBLE * size:
             done["closed"] = outline.gap * self.scale
         self.repairs += [Repair(name, kind, amount) for kind, amount in done.items() if amount]
 

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry import lofted
-from blockstruct.imports.tolerances import OUTLINE
+from blockstruct.geometry.tolerances import NEGLIGIBLE
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -57,16 +57,16 @@ def read_outline(
     size = float(np.ptp(points, axis=0).max())
     gap = float(np.linalg.norm(points[-1] - points[0]))
     # In a polyline marked as closed, close ends are separate corners.
-    meets = len(points) > 2 and gap <= (OUTLINE * size if closed or tolerance is None else tolerance)
+    meets = len(points) > 2 and gap <= (NEGLIGIBLE * size if closed or tolerance is None else tolerance)
     if meets:
         points, bulges = points[:-1], bulges[:-1]
     ring = closed or meets
     bulges = bulges if ring else np.append(bulges[:-1], 0.0)
     path, rise = divided_arcs(points, bulges, segments)
-    corners, retraced = _once(path, OUTLINE * size)
+    corners, retraced = _once(path, NEGLIGIBLE * size)
     if not ring:
         # The polyline is closed only if it repeats edges and the outline covers all of them.
-        around = shapely.buffer(shapely.linearrings(corners), 2 * OUTLINE * size) if len(corners) > 2 else None
+        around = shapely.buffer(shapely.linearrings(corners), 2 * NEGLIGIBLE * size) if len(corners) > 2 else None
         if not retraced or not shapely.covers(around, shapely.linestrings(path)):
             return gap
     return Outline(corners, rise, gap if meets else 0.0, retraced)

@@ -1,5 +1,6 @@
-"""Solids in files, and their conversion to blocks."""
+"""Solids in files, their supports, and their conversion to blocks."""
 
+import math
 import re
 import warnings
 from collections import Counter
@@ -10,24 +11,89 @@ from pathlib import Path
 
 import attrs
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError, shown
+from blockstruct.geometry import lofted, plane_axes
+from blockstruct.geometry.planes import Planes
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
-from blockstruct.imports.supports import block_behind, ground_under
 from blockstruct.imports.surface import closed_surface
-from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, SAME_UNIT, WELD
+from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
+from blockstruct.model.detection_report import LISTED
 from blockstruct.units import QuantityLike, si, to_quantity
 from blockstruct.vocabulary import MOTIONS, counted
 
 Array = NDArray[np.float64]
+
+
+def block_behind(face: Array, bodies: Sequence[Array]) -> tuple[Array, list[tuple[int, ...]]]:
+    """Return vertices and faces of the block behind a face, on the side away from the body nearest to the face.
+
+    The face stays as it is drawn: another area or place of the joint gives another load factor. The block is as thick
+    as the bodies, by the median of their smallest extents.
+
+    Parameters
+    ----------
+    face : (n, 3) array
+        Corners of the face, m.
+    bodies
+        Vertices (k, 3) of every other body, m; at least one.
+    """
+    plane = Planes.of(face, [tuple(range(len(face)))])
+    centre, normal = plane.centre[0], plane.normal[0]
+    axes = np.stack(plane_axes(normal), axis=1)
+    outline = shapely.Polygon((face - centre) @ axes)
+    heights = [(body - centre) @ normal for body in bodies]
+    distances = [
+        float(np.hypot(height, shapely.distance(outline, shapely.points((body - centre) @ axes))).min())
+        for body, height in zip(bodies, heights, strict=True)
+    ]
+    side = np.copysign(1.0, heights[int(np.argmin(distances))].sum())
+    thickness = float(np.median([np.ptp(body, axis=0).min() for body in bodies]))
+    vertices, faces = lofted(face, face - side * thickness * normal)
+    return vertices, list(faces)
+
+
+def ground_under(blocks: Sequence[Block], level: str, source: str) -> Block:
+    """Return a fixed block ``ground`` under all blocks, on every side larger by the extent of the structure.
+
+    Parameters
+    ----------
+    blocks
+    level
+        Height of its top, ``"0.5 m"``; ``""`` or ``"lowest"`` for the lowest point of the blocks.
+    source
+        The files, for messages.
+
+    Raises
+    ------
+    GeometryFileError
+        If a block reaches below the level.
+    """
+    points = np.concatenate([b.shape.vertices for b in blocks])
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float(np.mean([b.volume for b in blocks]) ** (1 / 3))
+    top = float(low[2]) if level in ("", "lowest") else si(level, "length", f"{source}: level of the ground")
+    if low[2] < top - LOWEST * size:
+        deepest = min(blocks, key=lambda b: float(b.shape.vertices[:, 2].min()))
+        msg = (
+            f"{source}: block {deepest.name!r} reaches down to {low[2]:.6g} m, below the ground at {top:.6g} m; give a "
+            "lower level, or exclude the block"
+        )
+        raise GeometryFileError(msg)
+    margin = float((high - low).max())
+    origin = np.array([low[0] - margin, low[1] - margin, top - size])
+    extent = np.array([high[0] - low[0] + 2 * margin, high[1] - low[1] + 2 * margin, size])
+    corner, sizes = to_quantity(origin, "length"), to_quantity(extent, "length")
+    return Block.box("ground", corner, sizes, blocks[0].material, fixed=True)
+
+
 Face = tuple[int, ...]
 
-#: Largest number of ignored objects in a message.
-_NAMED = 20
 #: Axes of the file that become x, y and z of the model, and their signs, by the vertical axis of the file.
 _UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
@@ -85,8 +151,8 @@ class LeftOut:
     def texts(self, label: str = "") -> list[str]:
         """Return one text per kind: number, kind and names."""
         return [
-            f"{len(names)} {kind} ({label}{', '.join(names[:_NAMED])}"
-            f"{f', and {len(names) - _NAMED} more' if len(names) > _NAMED else ''})"
+            f"{len(names)} {kind} ({label}{', '.join(names[:LISTED])}"
+            f"{f', and {len(names) - LISTED} more' if len(names) > LISTED else ''})"
             for kind, names in sorted(self.names.items())
         ]
 
@@ -125,7 +191,7 @@ def agreed_scale(
             raise ModelError(msg)
         return stated, []
     scale = metres_per_unit(unit, str(path))
-    if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
+    if stated is None or math.isclose(stated, scale):
         return scale, []
     states = f"the file states that its unit is {stated:g} m{where}"
     if override:
@@ -158,7 +224,7 @@ def _common_scale(contents: Sequence[Content], unit: QuantityLike | None, source
     if len(known) < len(scales):
         msg = f"{source}: unit is missing; give the unit of the coordinates (--unit), such as 'mm'"
         raise ModelError(msg)
-    if max(known) - min(known) > SAME_UNIT * max(known):
+    if not math.isclose(min(known), max(known)):
         units = ", ".join(f"{scale:g} m" for scale in sorted(set(known)))
         msg = f"{source}: their units differ ({units}); import the files one by one"
         raise GeometryFileError(msg)

@@ -1,25 +1,24 @@
 """Assemble closed bodies from the loose faces of meshes and drawings."""
 
-from itertools import accumulate, chain, pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 
-from blockstruct.geometry import next_corners
+from blockstruct.geometry import connected, next_corners
 from blockstruct.imports.tolerances import LEAST_FACES, WELD
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 Face = tuple[int, ...]
 
 
 def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
     """Return only the vertices of some faces, in their order, and the faces with new indices."""
-    count = [len(f) for f in faces]
-    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
+    _, corner, count = _corners(faces)
     used, number = np.unique(corner, return_inverse=True)
     loops = number.ravel().tolist()
-    return vertices[used], [tuple(loops[a:b]) for a, b in pairwise(accumulate(count, initial=0))]
+    return vertices[used], [tuple(loops[a:b]) for a, b in pairwise([0, *np.cumsum(count).tolist()])]
 
 
 def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
@@ -31,22 +30,18 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
         Faces do not repeat a corner joined with the next. The number counts the corners joined with a corner at
         different coordinates.
     """
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    count = np.array([len(f) for f in faces])
-    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=count.sum())
+    _, corner, count = _corners(faces)
     following = next_corners(np.cumsum(count) - count, count)
     edges = vertices[corner] - vertices[corner[following]]
     distance = WELD * float(np.median(np.linalg.norm(edges, axis=1)))
 
     points, of_corner = np.unique(vertices[corner], axis=0, return_inverse=True)
-    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    clusters, label = connected_components(graph, directed=False)
+    label = connected(cKDTree(points).query_pairs(distance, output_type="ndarray"), len(points))
     # One vertex per cluster: the first in the file, in the order of the file.
     cluster = label[of_corner.ravel()]
-    first = np.full(clusters, len(vertices))
+    first = np.full(label.max() + 1, len(vertices))
     np.minimum.at(first, cluster, corner)
     new = np.argsort(np.argsort(first))[cluster]
     kept = new != new[following]
@@ -55,7 +50,7 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     return (
         vertices[np.sort(first)],
         [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])],
-        len(points) - clusters,
+        len(points) - len(first),
     )
 
 
@@ -71,14 +66,9 @@ def collapsed(vertices: Array, faces: list[Face], dropped: NDArray[np.bool_]) ->
     dropped : (m,) array of bool
         Whether each face is dropped.
     """
-    from scipy.sparse.csgraph import connected_components
-
-    count = [len(f) for f in faces]
-    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
-    row = np.repeat(np.arange(len(faces)), count)
+    face, corner, _ = _corners(faces)
     same = np.unique(vertices, axis=0, return_inverse=True)[1].ravel()
-    graph = coo_array((np.ones(len(row)), (row, len(faces) + same[corner])), shape=(len(faces) + len(vertices),) * 2)
-    label = connected_components(graph, directed=False)[1][: len(faces)]
+    label = _parts(face, same[corner])
     total, kept = np.bincount(label), np.bincount(label, ~dropped)
     # A single sliver between bodies is not a body.
     lost = (kept == 0) & ((total >= LEAST_FACES) | dropped.all())
@@ -91,15 +81,9 @@ def gathered(faces: list[Face]) -> list[Face]:
 
     Readers of meshes sort faces by their number of corners. Bodies without common vertices are separate anyway.
     """
-    from scipy.sparse.csgraph import connected_components
-
-    count = [len(f) for f in faces]
-    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
-    row = np.repeat(np.arange(len(faces)), count)
-    graph = coo_array((np.ones(len(row)), (row, len(faces) + corner)), shape=(len(faces) + corner.max() + 1,) * 2)
-    label = connected_components(graph, directed=False)[1][: len(faces)]
-    first = np.unique(label, return_index=True)[1]
-    return [faces[i] for i in np.argsort(first[np.searchsorted(np.unique(label), label)], kind="stable")]
+    face, corner, _ = _corners(faces)
+    _, first, label = np.unique(_parts(face, corner), return_index=True, return_inverse=True)
+    return [faces[i] for i in np.argsort(first[label], kind="stable")]
 
 
 def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int, int]:
@@ -167,16 +151,24 @@ def _edges(face: Face) -> list[tuple[int, int]]:
 
 
 def _pieces(faces: list[Face], members: list[int]) -> list[list[int]]:
-    from scipy.sparse.csgraph import connected_components
-
     number: dict[tuple[int, int], int] = {}
     edges = [[number.setdefault(edge, len(number)) for edge in _edges(faces[index])] for index in members]
-    n = len(members)
-    row = np.repeat(np.arange(n), [len(e) for e in edges])
-    column = n + np.fromiter(chain.from_iterable(edges), dtype=int, count=len(row))
-    graph = coo_array((np.ones(len(row)), (row, column)), shape=(n + len(number),) * 2)
-    label = connected_components(graph, directed=False)[1][:n]
+    row = np.repeat(np.arange(len(members)), [len(e) for e in edges])
+    label = _parts(row, np.array(list(chain.from_iterable(edges))))
     pieces: dict[int, list[int]] = {}
     for index, piece in zip(members, label.tolist(), strict=True):
         pieces.setdefault(piece, []).append(index)
     return list(pieces.values())
+
+
+def _corners(faces: list[Face]) -> tuple[Index, Index, Index]:
+    """Return the face and the vertex of each corner, and the number of corners of each face."""
+    count = np.array([len(f) for f in faces])
+    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=count.sum())
+    return np.repeat(np.arange(len(faces)), count), corner, count
+
+
+def _parts(face: Index, place: Index) -> Index:
+    """Return the number of the part of each face. Faces with a common place, such as a vertex, are in one part."""
+    n = face[-1] + 1
+    return connected(np.column_stack([face, n + place]), n + place.max() + 1)[:n]

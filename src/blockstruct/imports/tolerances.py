@@ -6,8 +6,6 @@ import sys
 
 #: Distance of two corners, relative to the median edge of a solid, below which they are joined.
 WELD = 1e-4
-#: Distance, relative to the size of an outline, of ends that meet and of edges that overlap.
-OUTLINE = 1e-6
 
 # Planes of faces
 
@@ -17,10 +15,6 @@ EXACT = 1e-7
 POLYGON = 5e-3
 #: Largest deviation from a plane, relative to the size of the body, of neighbouring faces that are merged.
 MERGE = 1e-4
-#: Depth of an edge inside a face, relative to the size of the body, that counts as contact.
-TOUCHING = 1e-6
-#: Least cosine of the angle between two faces that are merged, in either orientation.
-ONE_PLANE = 0.99
 #: Smallest number of faces of a body. Fewer faces without area are a sliver of a mesh.
 LEAST_FACES = 4
 #: Area, relative to the square of the longest edge, that counts as zero.
@@ -32,10 +26,6 @@ ROUNDS = 50
 
 # Drawings
 
-#: Least component of the normal of an outline along the axis of the drawing plane for outlines in the plane.
-IN_DRAWING_PLANE = 1 - 1e-9
-#: Largest relative difference of two equal units of length.
-SAME_UNIT = 1e-9
 #: Largest depth of nested blocks in a drawing.
 DEPTH = 16
 
@@ -53,5 +43,3 @@ FARTHEST = WELD * EDGE[1] / sys.float_info.epsilon
 MOST_FACES, MOST_FACES_OF_BODY = 500_000, 20_000
 #: Bytes of a file: 1 kB for each face, four times what text STL needs.
 MOST_BYTES = 1000 * MOST_FACES
-#: Number of pairs of an edge and a face per chunk. It limits the memory and has no effect on the result.
-CHUNK = 200_000

@@ -392,7 +392,8 @@ class LimitProblem:
 
     def fastest(self, u: Array) -> float:
         """Return the largest velocity of a centroid, unit as in :meth:`speed`."""
-        return float((np.linalg.norm(u.reshape(-1, 6)[:, :3], axis=1) / self.wrench_unit).max())
+        of_blocks = u[: 6 * len(self.wrench_unit)].reshape(-1, 6)
+        return float((np.linalg.norm(of_blocks[:, :3], axis=1) / self.wrench_unit).max())
 
     @property
     def answer(self) -> str:

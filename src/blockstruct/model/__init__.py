@@ -8,8 +8,7 @@
 """
 
 from blockstruct.model.block import Block
-from blockstruct.model.bonded_bar import BondedBar
-from blockstruct.model.case import Case
+from blockstruct.model.cases import Case, LimitCase, MovingCase, Point, Pushover, RecordCase, SettlementCase, has_curve
 from blockstruct.model.checks import check_unrepeated, checked_name, checked_text, checked_tuple
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
@@ -21,35 +20,36 @@ from blockstruct.model.detection_report import (
 )
 from blockstruct.model.fit import SameBlocks, overlaps
 from blockstruct.model.interface import Interface
-from blockstruct.model.joint_material import JOINT_PROPERTIES, JointMaterial
-from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.loads import (
     LOAD_KINDS,
+    AreaLoad,
     BodyForce,
     FaceLoad,
+    FillLoad,
+    LineLoad,
     Load,
     LoadPattern,
     Moment,
     PointLoad,
     SelfWeight,
+    Weight,
+    WeightLoad,
     kind_of,
 )
-from blockstruct.model.material import STANDARD_GRAVITY, Material
+from blockstruct.model.materials import JOINT_PROPERTIES, STANDARD_GRAVITY, JointMaterial, Material
 from blockstruct.model.model import Model
-from blockstruct.model.pushover import Point, Pushover
-from blockstruct.model.record_case import RecordCase
-from blockstruct.model.settlement_case import SettlementCase
-from blockstruct.model.tie_kinds import (
+from blockstruct.model.ties import (
     TIE_KINDS,
     TIE_QUANTITIES,
     AnyTie,
+    BondedBar,
+    Strip,
+    Tie,
+    TieSegment,
     given_quantities,
     tie_kind_of,
     tie_segments,
 )
-from blockstruct.model.tie_segments import TieSegment
-from blockstruct.model.ties import Strip, Tie
-from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight, WeightLoad
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -98,10 +98,12 @@ __all__ = [
     # cases
     "Case",
     "LimitCase",
+    "MovingCase",
     "Point",
     "Pushover",
     "RecordCase",
     "SettlementCase",
+    "has_curve",
     # input
     "check_unrepeated",
     "checked_name",

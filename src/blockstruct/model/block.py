@@ -11,7 +11,7 @@ from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.model.checks import checked_direction, checked_name
 from blockstruct.model.fields import ModelObject, has_name, instance_of, named_arguments
-from blockstruct.model.material import Material
+from blockstruct.model.materials import Material
 from blockstruct.units import VectorLike, si_array, si_vector
 from blockstruct.vocabulary import MOTIONS
 

@@ -2,6 +2,7 @@
 
 import math
 import operator
+import sys
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any, TypeGuard, get_args
@@ -26,8 +27,8 @@ AXES_BY_NAME = {
     for j, axis in enumerate("xyz")
     for sign in "+-"
 }
-#: Deviation of the length of a direction from 1: the largest that is allowed, and the largest that is left unchanged.
-_LENGTH, _ROUNDING = 1e-3, 1e-12
+#: Largest deviation of the length of a direction from 1.
+_LENGTH = 1e-3
 #: Largest distance of a point from the box around its block, relative to the block: rounding.
 OFF_BLOCK = 1e-3
 
@@ -57,7 +58,13 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
             f"{remedy.format(length=length)}"
         )
         raise ModelError(msg)
-    return (x / length, y / length, z / length) if abs(length - 1) > _ROUNDING else (x, y, z)
+    return unit_vector_along(x, y, z)
+
+
+def unit_vector_along(x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return the unit vector along a vector. A unit vector keeps its digits when it is stored and read again."""
+    length = math.hypot(x, y, z)
+    return (x, y, z) if abs(length - 1) <= 4 * sys.float_info.epsilon else (x / length, y / length, z / length)
 
 
 def is_name(name: Any) -> TypeGuard[str]:
@@ -125,12 +132,9 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        If the length is not above zero, or outside the range of buildings.
+        If the length is outside the range of buildings.
     """
     length = si(value, "length", what)
-    if length <= 0:
-        msg = f"{what} {length:.6g} m; give a length above zero"
-        raise ModelError(msg)
     if not SHORTEST <= length <= LONGEST:
         msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, and check its unit"
         raise ModelError(msg)

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.case import Case
+from blockstruct.model.cases import Case, LimitCase
 from blockstruct.model.checks import checked_name
-from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.loads import BodyForce, LoadPattern
 from blockstruct.units import si, si_array
 from blockstruct.vocabulary import Flow

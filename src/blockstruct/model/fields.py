@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from enum import StrEnum
+from numbers import Integral
 from typing import Any, ClassVar, TypeVar
 
 import attrs
@@ -23,6 +24,8 @@ Vector = tuple[float, float, float]
 Anchor = tuple[str, Vector]
 #: Default of an argument that None leaves out: the field then stores its ``absent`` value.
 LEFT_OUT: Any = None
+#: Largest number of steps of a curve.
+MOST_STEPS = 10_000
 _Name = TypeVar("_Name", bound=StrEnum)
 
 
@@ -183,6 +186,14 @@ def anchor(value: Any, dimension: str = "", what: str = "") -> Anchor:
 
 def _has_three(value: Any) -> bool:
     return isinstance(value, Sequence) and len(value) == 3
+
+
+def steps(value: int, what: str = "") -> int:
+    """Return the number of steps of a curve."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 3 <= value <= MOST_STEPS:
+        msg = f"{what} is {shown(value)}; give a whole number from 3 to {MOST_STEPS}"
+        raise ModelError(msg)
+    return int(value)
 
 
 def items(value: Iterable[Any], kind: Any = object, what: str = "") -> tuple[Any, ...]:

@@ -5,12 +5,14 @@ Detections and models use the same functions: a model accepts every interface of
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
+from blockstruct.geometry.tolerances import NEGLIGIBLE, PARALLEL
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.interface import Interface
@@ -26,41 +28,39 @@ OFF_FACE, BEHIND_FACE = 5e-2, JOINED_OVERLAP
 #: Largest share of an interface outside the faces of its blocks, and largest distance of a corner from them relative to
 #: its area over half its perimeter, which is the width of a long interface: rounded coordinates.
 OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
-#: Largest share of an interface that a second interface of the blocks covers, and least cosine of their angle.
-COVERED, PARALLEL = 1e-3, 0.99
-#: Relative difference of areas up to which an interface is the one that the detection measured.
-SAME_AREA = 1e-6
+#: Largest share of an interface that a second interface of the blocks covers.
+COVERED = 1e-3
 
 
-class SameBlocks:
-    """Blocks that count as equal if their names, supports and shapes are equal, whatever their materials.
+class _ByKey:
+    """Arguments that count as equal if their keys are, for functions that keep their last result.
 
-    A study builds one geometry for many runs. Functions that keep their last result find it by this key.
+    A study builds one geometry for many runs.
     """
+
+    _key: tuple[Any, ...]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
+class SameBlocks(_ByKey):
+    """Blocks that count as equal if their names, supports and shapes are equal, whatever their materials."""
 
     def __init__(self, blocks: Sequence[Block]) -> None:
         self.blocks = tuple(blocks)
         self._key = tuple((b.name, b.fixed, b.shape.faces, b.shape.vertices.tobytes()) for b in blocks)
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, SameBlocks) and self._key == other._key
 
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-
-class SameInterfaces:
+class _SameInterfaces(_ByKey):
     """Interfaces that count as equal if their blocks and polygons are equal, whatever their joint materials."""
 
     def __init__(self, interfaces: Sequence[Interface]) -> None:
         self.interfaces = tuple(interfaces)
         self._key = tuple((i.name, i.minus, i.plus, i.polygon.tobytes()) for i in interfaces)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, SameInterfaces) and self._key == other._key
-
-    def __hash__(self) -> int:
-        return hash(self._key)
 
 
 def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None) -> list[tuple[int, int, float]]:
@@ -143,12 +143,12 @@ def check_interfaces(
         If an interface does not lie on its blocks, or covers a second interface.
     """
     if interfaces:
-        _check_interfaces(who, SameBlocks(blocks), SameInterfaces(interfaces), detection, size)
+        _check_interfaces(who, SameBlocks(blocks), _SameInterfaces(interfaces), detection, size)
 
 
 @lru_cache(maxsize=1)
 def _check_interfaces(
-    who: str, same_blocks: SameBlocks, same: SameInterfaces, detection: DetectionReport | None, size: float
+    who: str, same_blocks: SameBlocks, same: _SameInterfaces, detection: DetectionReport | None, size: float
 ) -> None:
     blocks, interfaces = same_blocks.blocks, same.interfaces
     shapes = [b.shape for b in blocks]
@@ -206,7 +206,7 @@ def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None
         return (
             c is not None
             and (c.minus, c.plus) == (interface.minus, interface.plus)
-            and abs(c.area - interface.area) <= SAME_AREA * interface.area
+            and abs(c.area - interface.area) <= NEGLIGIBLE * interface.area
         )
 
     return np.array([same(i) for i in interfaces], dtype=bool)

@@ -8,17 +8,14 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import mean_distances, polygon_area
+from blockstruct.geometry.tolerances import NO_AREA, ROUNDING
 from blockstruct.model.fields import ModelObject, changed, has_name, instance_of, label, named_arguments, store
-from blockstruct.model.joint_material import JointMaterial
+from blockstruct.model.materials import JointMaterial
 from blockstruct.units import VectorLike, si_array
 from blockstruct.vocabulary import JointOrientation
 
 Array = NDArray[np.float64]
 
-#: Smallest area of a polygon, relative to the square of its size: below it is rounding.
-NO_AREA = 1e-12
-#: Distance of two corners, relative to the size of an interface, up to which they are one corner.
-SAME_CORNER = 1e-9
 #: Distance of a corner from the fitted plane, relative to the size: rounding, and the largest that is allowed.
 PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
 
@@ -95,7 +92,7 @@ class Interface(ModelObject):
         if area <= NO_AREA * size**2:
             msg = f"{who}: the polygon has no area; remove the interface or correct its corners"
             raise GeometryError(msg)
-        polygon = polygon[np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > SAME_CORNER * size]
+        polygon = polygon[np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > ROUNDING * size]
         deviation = float(np.abs((polygon - centroid) @ normal).max())
         if deviation > LARGEST_DEVIATION * size:
             msg = (

@@ -19,10 +19,8 @@ from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments, store
 from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
-from blockstruct.model.joint_material import JointMaterial
-from blockstruct.model.material import Material
-from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
-from blockstruct.model.tie_segments import anchored
+from blockstruct.model.materials import JointMaterial, Material
+from blockstruct.model.ties import AnyTie, anchored, given_quantities, tie_kind_of, tie_segments
 from blockstruct.notebook import html_table
 from blockstruct.units import VectorLike, si_vector
 from blockstruct.vocabulary import Torsion, counted, listed

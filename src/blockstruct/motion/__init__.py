@@ -1,6 +1,6 @@
-"""Blocks that move: pushovers to large displacements, and responses to records.
+"""Blocks that move: pushovers and settlements to large displacements, and responses to records.
 
-Each step of a :func:`pushover` is one of :func:`blockstruct.solvers.step.solve_step` on the moved geometry, and
+Each step of a pushover or a settlement is one of :func:`blockstruct.solvers.step.solve_step` on the moved geometry, and
 prescribes the work of the variable load. A record moves blocks with their mass:
 
 >>> import numpy as np
@@ -19,10 +19,10 @@ prescribes the work of the variable load. A record moves blocks with their mass:
 """
 
 from blockstruct.motion.course import CERTIFIED, Course, recomputed
-from blockstruct.motion.moving_problem import ControlPoint, MovedProblem, MovingProblem, check_pushover
-from blockstruct.motion.pushover import pushover
+from blockstruct.motion.moving_problem import ControlPoint, MovedProblem, MovingProblem, check_moving_case
+from blockstruct.motion.pushover import follow
 from blockstruct.motion.record import check_record, kept_interval, respond, time_step
-from blockstruct.motion.state import CurveOutcome, MotionState, zero_displacement
+from blockstruct.motion.state import CurveOutcome, MotionState, largest_displacement
 
 __all__ = [
     # pushovers
@@ -33,10 +33,10 @@ __all__ = [
     "MotionState",
     "MovedProblem",
     "MovingProblem",
-    "check_pushover",
-    "pushover",
+    "check_moving_case",
+    "follow",
+    "largest_displacement",
     "recomputed",
-    "zero_displacement",
     # records
     "check_record",
     "kept_interval",

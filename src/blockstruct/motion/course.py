@@ -1,8 +1,9 @@
 """Compute the energies, certificates and memory of the states of a pushover."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,12 @@ class Course:
         if not state.falls and (self.curve or state.holds):
             self.curve.append((state.displacement, state.load_factor))
             self._works.append(state.work * state.motion_time)
+
+    def copied(self) -> Self:
+        """Return a copy that takes states of its own."""
+        other = copy(self)
+        other.curve, other._works = list(self.curve), list(self._works)
+        return other
 
     def at(self, placement: Placement, reach: float) -> MovedProblem:
         """Return the limit problem at a placement after the last state."""

@@ -9,10 +9,19 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.limit import LimitProblem, Ties, unit_of_velocity
-from blockstruct.model import STANDARD_GRAVITY, Model, Pushover, Tie
+from blockstruct.limit import LimitProblem, Settlement, Ties, block_motion, unit_of_velocity, velocities_of
+from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
 from blockstruct.model.checks import check_at_block
-from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
+from blockstruct.model.fields import label
+from blockstruct.statics import (
+    MovedContacts,
+    MovingLoads,
+    MovingStructure,
+    Placement,
+    Statics,
+    equilibrium_matrix,
+    rotated,
+)
 from blockstruct.vocabulary import Torsion, listed
 
 Array = NDArray[np.float64]
@@ -41,8 +50,8 @@ class MovedProblem:
         Elongation of each tie from its length in the model; negative if its ends have come closer.
     holds : (N,) array
         Whether each tie is unbroken.
-    free : (F,) array
-        Indices of the free blocks.
+    statics : Statics
+        Statics of the structure at rest.
     """
 
     problem: LimitProblem
@@ -54,7 +63,7 @@ class MovedProblem:
     tight: Array
     elongation: Array
     holds: NDArray[np.bool_]
-    free: Index
+    statics: Statics
 
     @property
     def penetration(self) -> float:
@@ -87,24 +96,22 @@ class MovedProblem:
     def velocities(self, twist: Array) -> Array:
         """Return the velocities (6 F,) of the problem for twists (B, 6).
 
-        Twists of the blocks are in SI units, in global axes.
+        Twists of the blocks are in SI units, in global axes. The velocity of supports that settle comes last.
         """
         own = rotated(twist, self.placement.rotation.transpose(0, 2, 1))
-        return np.asarray((own[self.free] * unit_of_velocity(self.problem)).ravel())
+        return np.asarray(velocities_of(self.statics, self.problem, own[None])[0])
 
     def twist(self, u: Array) -> Array:
         """Return the twists (B, 6) of the blocks for velocities u (6 F,).
 
         They are in m/s and rad/s at 1 W. This is the inverse of :meth:`velocities`.
         """
-        own = np.zeros((len(self.placement.position), 6))
-        own[self.free] = u.reshape(-1, 6) / unit_of_velocity(self.problem)
-        return rotated(own, self.placement.rotation)
+        return rotated(block_motion(self.statics, self.problem, u[None])[0], self.placement.rotation)
 
 
 @dataclass(frozen=True, slots=True)
 class ControlPoint:
-    """The point whose displacement a pushover follows.
+    """The point whose displacement a curve follows.
 
     Attributes
     ----------
@@ -124,12 +131,15 @@ class ControlPoint:
     direction: Array
 
     @classmethod
-    def of(cls, model: Model, case: Pushover) -> Self:
-        """Return the control point of a case."""
-        name, direction = case.control
-        block = [b.name for b in model.blocks].index(name)
+    def of(cls, model: Model, case: MovingCase) -> Self:
+        """Return the control point of a case: a point of a support, if supports settle."""
+        if isinstance(case, Pushover):
+            (name, direction), point = case.control, case.control_point
+        else:
+            name, direction, point = case.supports[0], case.direction, None
+        block = model.block_index[name]
         centroid = model.blocks[block].centroid
-        start = np.array(case.control_point or centroid, dtype=float)
+        start = np.array(point or centroid, dtype=float)
         return cls(block, start, start - centroid, np.array(direction))
 
     def displacement(self, placement: Placement) -> float:
@@ -151,6 +161,7 @@ class MovingProblem:
     """The limit problems of a case at any placement of its blocks.
 
     The unit of force at a contact point is the ``unit`` (B,) of the lighter block, N. Supports have an infinite unit.
+    The variable load of a settlement is its unit of reaction, on a support.
 
     Parameters
     ----------
@@ -160,24 +171,44 @@ class MovingProblem:
     Raises
     ------
     UnknownNameError, ModelError
-        As in :func:`check_pushover`.
+        As in :func:`check_moving_case`.
     GeometryError
         As in :class:`MovingStructure`.
     """
 
-    def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
-        check_pushover(statics.model, case)
-        self.statics, self.at_rest, self._case = statics, problem, case
-        self.structure = MovingStructure(statics, case.corner_rounding)
-        self.control = ControlPoint.of(statics.model, case)
-        self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
+    def __init__(self, statics: Statics, problem: LimitProblem, case: MovingCase) -> None:
+        model = statics.model
+        check_moving_case(model, case)
+        self.statics, self.at_rest, self.case = statics, problem, case
+        self.structure = MovingStructure(statics, case.corner_rounding if isinstance(case, Pushover) else 0.0)
+        self.control = ControlPoint.of(model, case)
+        dead, free = MovingLoads.of(model, case.dead, case.dead), ~self.structure.fixed
+        # Loads on supports do no work on the structure.
+        self.dead = MovingLoads(dead.wrench * free[:, None], dead.lever * free[:, None, None])
+        if isinstance(case, Pushover):
+            self.variable = MovingLoads.of(model, case.variable, case.dead)
+        else:
+            wrench = np.zeros((len(model.blocks), 6))
+            wrench[self.control.block, :3] = self.settlement.reaction_unit * self.control.direction
+            self.variable = MovingLoads(wrench, np.zeros((len(model.blocks), 3, 3)))
         self.unit = np.full(len(statics.model.blocks), np.inf)
         self.unit[statics.free] = problem.wrench_unit
         self.inertia = self._inertia()
         self.compliance = COMPLIANCE * statics.length / float(problem.wrench_unit.mean())
 
+    @property
+    def settlement(self) -> Settlement:
+        """The settlement of the case at rest."""
+        if self.at_rest.settlement is None:
+            msg = f"{label(self.case)}: is no settlement"
+            raise ModelError(msg)
+        return self.at_rest.settlement
+
     def _inertia(self) -> sp.csr_array:
-        """Mass of the dead wrench of each free block, in the shape of the block, (6 F, 6 F)."""
+        """Mass of the dead wrench of each free block, in the shape of the block, (6 F, 6 F).
+
+        Supports that settle have the mass of a mean dead wrench: they resist a motion that no joint resists.
+        """
         unit, blocks = unit_of_velocity(self.at_rest), self.statics.model.blocks
         parts = []
         for own, weight, k in zip(unit, self.at_rest.wrench_unit, self.statics.free, strict=True):
@@ -186,13 +217,16 @@ class MovingProblem:
             mass[:3, :3] = np.eye(3)
             mass[3:, 3:] = np.trace(spread) * np.eye(3) - spread
             parts.append(weight / STANDARD_GRAVITY * mass / np.outer(own, own))
+        if self.at_rest.settlement is not None:
+            parts.append(np.array([[1 / (STANDARD_GRAVITY * self.at_rest.settlement.force)]]))
         return sp.csr_array(sp.block_diag(parts))
 
     @property
     def sharp(self) -> Self:
         """The same problem with the sharp corners of the model."""
-        case = attrs.evolve(self._case, corner_rounding=0.0)
-        return self if case == self._case else type(self)(self.statics, self.at_rest, case)
+        if not isinstance(self.case, Pushover) or not self.case.corner_rounding:
+            return self
+        return type(self)(self.statics, self.at_rest, attrs.evolve(self.case, corner_rounding=0.0))
 
     def lengths(self, placement: Placement) -> Array:
         """Return the lengths (N,) of the ties of the model, m."""
@@ -217,7 +251,7 @@ class MovingProblem:
         tight : (N,) array, m
             Length from which on each pulls.
         """
-        statics, problem = self.statics, self.at_rest
+        statics, problem = self.statics, self.at_rest.held
         contacts = self.structure.contacts(placement, reach)
         points, K = contacts.points, len(contacts.gap)
         force_unit = np.minimum(self.unit[points.minus], self.unit[points.plus])
@@ -246,8 +280,13 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
+        settlement = self.at_rest.settlement
+        if settlement is not None:
+            motion, at = settlement.motion.ravel(), (placement.position, settlement.supports, 1.0)
+            row, tie_row = motion @ equilibrium_matrix(points, *at), motion @ table.columns(*at)
+            moved = moved.releasing(replace(settlement, row=row, tie_row=tie_row))
         slack = tight[holds] - table.span
-        return MovedProblem(moved, contacts, reach, placement, slack, longest, tight, elongation, holds, statics.free)
+        return MovedProblem(moved, contacts, reach, placement, slack, longest, tight, elongation, holds, statics)
 
 
 _PARTS = (
@@ -262,14 +301,14 @@ _CRUSHES = (
 _LIFTS = (
     "by which sliding lifts blocks, and nothing says how far: give a joint material without it, which lowers the curve"
 )
-#: Joint properties that a pushover refuses: neutral value, unit, and reason with the remedy.
+#: Joint properties that large displacements refuse: neutral value, unit, and reason with the remedy.
 _UNKNOWN_PROPERTIES = {
     "cohesion": (0.0, "Pa", _PARTS),
     "tensile_strength": (0.0, "Pa", _PARTS),
     "compressive_strength": (np.inf, "Pa", _CRUSHES),
     "dilatancy_angle": (0.0, "rad", _LIFTS),
 }
-#: Ties that a pushover refuses: reason with the remedy.
+#: Ties that large displacements refuse: reason with the remedy.
 _UNKNOWN_TIES = {
     "Tie": (
         "which changes as its ends move, in a way that this method does not know: leave it out, the tie yields at the "
@@ -286,7 +325,7 @@ _UNKNOWN_TIES = {
 }
 
 
-def check_pushover(model: Model, case: Pushover) -> None:
+def check_moving_case(model: Model, case: MovingCase) -> None:
     """Refuse models and cases that finite displacements do not support.
 
     Raises
@@ -298,25 +337,13 @@ def check_pushover(model: Model, case: Pushover) -> None:
         compressive strength, dilatancy, infinite friction or a torsion other than at corners. If a tie is prestressed,
         bonded or a strip.
     """
-    blocks = {b.name: b for b in model.blocks}
-    name = case.control[0]
-    if name not in blocks:
-        msg = (
-            f"pushover {case.name!r}: control point on block {name!r}, which model {model.name!r} does not have; it "
-            f"has {', '.join(list(blocks)[:10])}{', …' if len(blocks) > 10 else ''}"
-        )
-        raise UnknownNameError(msg)
-    if blocks[name].fixed:
-        msg = f"pushover {case.name!r}: control point on support {name!r}, which does not move; give a free block"
-        raise ModelError(msg)
-    if case.control_point is not None:
-        remedy = "give a point of the block, as one of its corners, or another block"
-        what = f"pushover {case.name!r}: control point"
-        check_at_block(what, case.control_point, name, blocks[name].shape.vertices, remedy)
+    who = label(case)
+    if isinstance(case, Pushover):
+        _check_control(model, case, who)
     rollers = [b.name for b in model.blocks if b.is_roller]
     if rollers:
         msg = (
-            f"pushover {case.name!r}: {listed(rollers)} held in some motions only, whose axes do not turn with the "
+            f"{who}: {listed(rollers)} held in some motions only, whose axes do not turn with the "
             "block: fix a block that touches the structure with a joint of friction 0, or run a LimitCase"
         )
         raise ModelError(msg)
@@ -325,17 +352,17 @@ def check_pushover(model: Model, case: Pushover) -> None:
             value = getattr(joint, name)
             if value != none:
                 what = f"joint material {joint.name!r} has a {name} of {value:.6g} {unit}"
-                msg = f"pushover {case.name!r}: {what}, {instead}"
+                msg = f"{who}: {what}, {instead}"
                 raise ModelError(msg)
         if np.isinf(joint.friction_coefficient):
             msg = (
-                f"pushover {case.name!r}: joint material {joint.name!r} never slides. Blocks "
+                f"{who}: joint material {joint.name!r} never slides. Blocks "
                 "that part and meet again need a finite friction coefficient: give one"
             )
             raise ModelError(msg)
         if joint.torsion is not Torsion.CORNERS:
             msg = (
-                f"pushover {case.name!r}: joint material {joint.name!r} has the torsion of {joint.torsion}, which goes "
+                f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}, which goes "
                 "with the whole area of a joint: give one with the torsion of corners"
             )
             raise ModelError(msg)
@@ -344,5 +371,24 @@ def check_pushover(model: Model, case: Pushover) -> None:
             continue
         kind = type(tie).__name__
         what = f"has a prestress of {tie.prestress:.6g} N" if isinstance(tie, Tie) else f"is a {kind}"
-        msg = f"pushover {case.name!r}: tie {tie.name!r} {what}, {_UNKNOWN_TIES[kind]}"
+        msg = f"{who}: tie {tie.name!r} {what}, {_UNKNOWN_TIES[kind]}"
         raise ModelError(msg)
+
+
+def _check_control(model: Model, case: Pushover, who: str) -> None:
+    """Refuse a control point on another block than a free one."""
+    blocks = {b.name: b for b in model.blocks}
+    name = case.control[0]
+    if name not in blocks:
+        msg = (
+            f"{who}: control point on block {name!r}, which model {model.name!r} does not have; it "
+            f"has {', '.join(list(blocks)[:10])}{', …' if len(blocks) > 10 else ''}"
+        )
+        raise UnknownNameError(msg)
+    if blocks[name].fixed:
+        msg = f"{who}: control point on support {name!r}, which does not move; give a free block"
+        raise ModelError(msg)
+    if case.control_point is not None:
+        remedy = "give a point of the block, as one of its corners, or another block"
+        what = f"{who}: control point"
+        check_at_block(what, case.control_point, name, blocks[name].shape.vertices, remedy)

@@ -1,18 +1,20 @@
-"""The pushover: from the collapse state through finite displacements until the load factor is zero."""
+"""Follow a collapse state through finite displacements: pushovers and settlements."""
 
 from collections.abc import Generator, Sequence
+from copy import copy
 from dataclasses import replace
 from time import perf_counter
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit import Iteration, Placement, ProcedureSettings
-from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.model import STANDARD_GRAVITY, SettlementCase
 from blockstruct.motion.course import RECENT, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
-from blockstruct.motion.state import CurveOutcome, MotionState, zero_displacement
+from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
 from blockstruct.vocabulary import CurveEnd, Procedure
 
@@ -45,6 +47,8 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Share of inertia in the work of the last step above which blocks fall.
 MOSTLY = 0.5
+#: Rounding of the displacement of supports, relative to the one that they are to reach.
+REACHED = 1e-9
 #: Number of states, relative to the requested one, at which the curve ends; least requested number that counts.
 PATIENCE, FEW = 5, 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
@@ -58,16 +62,16 @@ FAST, NAMED = 0.5, 5
 States = Generator[MotionState, None, CurveOutcome]
 
 
-def pushover(
+def follow(
     problem: MovingProblem,
     collapse: Iteration,
-    steps: int,
     settings: ProcedureSettings,
     before: Sequence[MotionState] = (),
 ) -> States:
     """Follow a collapse mechanism through finite displacements.
 
-    In each step the work of the variable load is prescribed, and with it the way of the control point. Blocks then move
+    In each step the work of the variable load is prescribed, and with it the way of the control point. The variable
+    load of a settlement is the reaction of its supports, which go this way. Blocks then move
     along the screws of their twists, and contacts are found anew where they are. The load factor belongs to the
     geometry at the beginning of the step. Blocks that nothing holds fall, while the control point waits.
 
@@ -77,8 +81,6 @@ def pushover(
         The case, wherever its blocks are.
     collapse
         The certified collapse state, whose mechanism is the first motion.
-    steps
-        Approximate number of states.
     settings
         Of the case.
     before
@@ -99,15 +101,16 @@ def pushover(
     speed = abs(problem.control.velocity(rest, mechanism))
     if speed <= RESTS * np.linalg.norm(mechanism[:, :3], axis=1).max():
         return replace(_outcome(problem, CurveEnd.RESTS, mechanism), displacement=0.0)
-    path = _Path(problem, collapse, steps, settings)
+    kind = _SettlementPath if isinstance(problem.case, SettlementCase) else _Path
+    path = kind(problem, collapse, settings)
     for known in before:
         path.take(known)
     if not before:
         sharp = problem.sharp
         first = path.begun(mechanism)
-        own = first if sharp is problem else _Path(sharp, collapse, steps, settings).begun(mechanism)
-        on_path = settings.procedure == Procedure.LOADING_PATH
-        if own is not None and on_path and own.load_factor > (1 + ABOVE) * abs(collapse.load_factor):
+        own = first if sharp is problem else kind(sharp, collapse, settings).begun(mechanism)
+        on_path, alpha = settings.procedure == Procedure.LOADING_PATH, collapse.load_factor
+        if own is not None and on_path and own.load_factor - alpha > max(ABOVE * abs(alpha), ZERO * path.scale):
             return _begins_above(problem, own)
         if first is None:
             return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
@@ -121,25 +124,29 @@ def pushover(
 
 
 class _Path:
-    """The curve so far, and its next step."""
+    """The curve of a pushover so far, and its next step."""
 
-    def __init__(self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings) -> None:
-        self._problem, self._steps = problem, steps
+    #: Work of the variable load while the structure takes the dead load; None if this load is zero until then.
+    held: float | None = None
+
+    def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
+        self._problem, self._steps = problem, problem.case.steps
         self._course = Course(problem, settings)
+        #: A usual load factor.
+        self.scale = abs(collapse.load_factor)
         push, dead = (
             float(np.linalg.norm(loads.wrench[problem.statics.free, :3], axis=1).sum())
             for loads in (problem.variable, problem.dead)
         )
         # Whatever the unit of the variable load: what carries more moves further.
-        self._collapse = abs(collapse.load_factor)
-        self._share = min(1.0, self._collapse * push / max(dead, 1e-300))
+        self._share = min(1.0, self.scale * push / max(dead, 1e-300))
         self._length = problem.statics.length
         blocks = problem.statics.model.blocks
         shapes = [(b.shape.vertices, b.centroid) for b in blocks]
         self._radius = np.array([np.linalg.norm(corners - centre, axis=1).max() for corners, centre in shapes])
         free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
         #: Way of a step that divides an eighth of the extent of the structure evenly, m.
-        self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
+        self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         self._ways, self._fallen = [0.0], 0.0
         #: Start of the last step, s, and its factorisations.
         self._start, self._spent = perf_counter(), 0
@@ -167,7 +174,7 @@ class _Path:
         moved = self._course.at(rest, NEAREST * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(
-            moved, unloaded, np.zeros_like(mechanism), None, self._length, np.inf, ATTEMPTS[0][1]
+            moved, unloaded, np.zeros_like(mechanism), self.held, self._length, np.inf, ATTEMPTS[0][1]
         )
         if solved is None:
             return None
@@ -183,32 +190,35 @@ class _Path:
             force_of_contact=none,
         )
         self._course.take(settled)
-        way = 0.0
-        while way <= self._even:
-            following = self.advance()
+        way = COMPLIANCE * self._length
+        while way <= GROWTH * self._even:
+            following = self.advance(way)
             if following is None or following.holds:
                 return following
             self.take(following)
-            way = self._way(following)
+            way = GROWTH * self._way(following)
         return None
 
-    def advance(self) -> MotionState | None:
-        """The state after the last step."""
+    def advance(self, way: float | None = None) -> MotionState | None:
+        """Return the state after the last step, with a step of a way."""
         last = self._course.last
         if last is None:
             return None
         self._start, self._spent = perf_counter(), 0
         at = Placement.at(last.position, last.rotation).moved(last.twist * last.motion_time)
         placement = Placement.at(at.position, at.vectors)
-        return self._solved(placement, carried(self._going or last, placement), self._wanted(), last)
+        return self._solved(placement, carried(self._going or last, placement), way or self._wanted(), last)
 
     def end(self) -> CurveEnd | None:
         """How the curve has ended."""
-        if np.isfinite(zero_displacement(self._course.curve)):
-            return CurveEnd.ZERO
+        if (reached := self._reached()) is not None:
+            return reached
         if self._fallen > self._length:
             return CurveEnd.FALLS
         return CurveEnd.LIMIT_REACHED if len(self._ways) > PATIENCE * max(self._steps, FEW) else None
+
+    def _reached(self) -> CurveEnd | None:
+        return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
 
     def lost(self) -> CurveEnd:
         """How the curve ends where no step is solved."""
@@ -243,10 +253,7 @@ class _Path:
 
     def _wanted(self) -> float:
         """Way of the next step, m."""
-        last, elastic = self._course.last, COMPLIANCE * self._length
-        if last is None or not self._course.curve:
-            return elastic if last is None or not last.load_factor else GROWTH * self._way(last)
-        ways = [*self._ways, self._ways[-1] + self._way(last)]
+        ways = self._gone
         alpha = np.array([a for _, a in self._course.curve[-FORESEEN:]])
         way = np.array(ways[:-1][-len(self._course.curve) :])[-FORESEEN:]
         slope = float(np.polyfit(way, alpha, 1)[0]) if len(way) > 1 else 0.0
@@ -255,7 +262,18 @@ class _Path:
             whole / self._steps,
             max(8 * self._even * self._share, self._even, LARGEST * ways[-1] / self._steps),
         )
-        return min(even, GROWTH * max(float(np.diff(ways[-RECENT:]).max()), elastic))
+        return min(even, self._longest)
+
+    @property
+    def _gone(self) -> list[float]:
+        """Ways up to each state, and to the one after the last, m."""
+        last = self._course.last
+        return [*self._ways, self._ways[-1] + (0.0 if last is None else self._way(last))]
+
+    @property
+    def _longest(self) -> float:
+        """Longest way of the next step, m."""
+        return GROWTH * max(float(np.diff(self._gone[-RECENT:]).max()), COMPLIANCE * self._length)
 
     def _reach(self, way: float) -> float:
         return max(NEAREST * self._length, 2 * FASTEST * way)
@@ -276,8 +294,10 @@ class _Path:
             found = self._fallen_from(placement, twist, memory, self._height(memory))
             if found is None or found.inertia > least:
                 return found
+            # A fall from a state that is hardly unstable begins slowly.
+            return self._pushed(placement, twist, way, memory) or found
         found = self._pushed(placement, twist, way, memory)
-        if found is None and not memory.falls:
+        if found is None:
             found = self._fallen_from(placement, twist, memory, WIDEST * self._length / 4)
             return found if found is not None and found.inertia > least else None
         return found
@@ -296,7 +316,7 @@ class _Path:
             if solved is None:
                 return None
             motion = moved.twist(solved.u / time)
-            jams = abs(solved.load_factor) > JAMS * self._collapse
+            jams = abs(solved.load_factor) > JAMS * self.scale
             if self._closing(motion) * time > reach:
                 gone = self._speed(placement, motion) * time
                 if jams and time > least:
@@ -336,7 +356,7 @@ class _Path:
         while height > CLOSED * self._length:
             solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
-                jams = abs(solved.load_factor) > JAMS * self._collapse
+                jams = abs(solved.load_factor) > JAMS * self.scale
                 return None if jams else self._completed(moved, solved, time, inertia_time, falls=True)
             height = min(height, reach) / 4
         return None
@@ -498,6 +518,81 @@ class _Path:
         return share if share < 1 - BREAKS else 1.0
 
 
+class _SettlementPath(_Path):
+    """The curve of a settlement so far, and its next step."""
+
+    # Supports stay until the structure has taken the dead load.
+    held = 0.0
+
+    def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
+        super().__init__(problem, collapse, settings)
+        # The reaction may be zero. Its unit is the dead load.
+        self.scale = 1.0
+        case = problem.case
+        #: The state after the one that is next, once it is known.
+        self._ahead: MotionState | None = None
+        self._falls_at = np.nan
+        self._goal = (isinstance(case, SettlementCase) and case.displacement) or np.inf
+        self._unit = problem.settlement.reaction_unit
+
+    def _reached(self) -> CurveEnd | None:
+        curve = self._course.curve
+        return CurveEnd.DISPLACEMENT_REACHED if curve and curve[-1][0] >= self._goal * (1 - REACHED) else None
+
+    def advance(self, way: float | None = None) -> MotionState | None:
+        """Return the state after the last step.
+
+        Its step is shortened if blocks would fall after it, until it is too short to matter.
+        """
+        if way is not None:
+            return super().advance(way)
+        state = self._ahead or super().advance()
+        self._ahead = None
+        while state is not None and not state.falls:
+            self._ahead = self._after(state).follow()
+            gone = self._way(state)
+            if (self._ahead is not None and not self._ahead.falls) or gone <= SHORTEST * self._goal / self._steps:
+                break
+            state, self._ahead = super().advance(SHORTER * gone), None
+        return state
+
+    def follow(self) -> MotionState | None:
+        """Return the state after the last step, whatever comes after it."""
+        return super().advance()
+
+    def _after(self, state: MotionState) -> Self:
+        """Return the path with one more state."""
+        other = copy(self)
+        other._ways, other._course = list(self._ways), self._course.copied()
+        other.take(state)
+        return other
+
+    def outcome(self, end: CurveEnd) -> CurveOutcome:
+        """Facts of the end; the displacement is that at which blocks begin to fall."""
+        found = super().outcome(end)
+        return replace(found, displacement=self._falls_at) if end is CurveEnd.FALLS else found
+
+    def take(self, state: MotionState) -> MotionState:
+        """Add a state as the last one."""
+        before = self._course.last
+        if state.falls and (before is None or not before.falls):
+            self._falls_at = state.displacement
+        return super().take(state)
+
+    def _wanted(self) -> float:
+        last = self._course.last
+        return min(self._goal / self._steps, self._longest if last is None else GROWTH * self._way(last))
+
+    def _time(self, placement: Placement, twist: Array, way: float) -> float:
+        # The last step but one ends at the displacement of the case.
+        left = self._goal - self._problem.control.displacement(placement)
+        time = super()._time(placement, twist, way)
+        return min(time, left * self._unit) if left > REACHED * self._goal else time
+
+    def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
+        return 1.0
+
+
 def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> Array:
     """Twists (B, 6) of the collapse mechanism at 1 W."""
     lengths = problem.lengths(rest)
@@ -507,7 +602,7 @@ def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> 
 
 def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcome:
     """An end, and the blocks that move most in a motion, twists (B, 6)."""
-    speed = np.linalg.norm(twist[:, :3], axis=1)
+    speed = np.linalg.norm(twist[:, :3], axis=1) * ~problem.structure.fixed
     fastest = np.argsort(-speed, kind="stable")
     names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()][:NAMED]]
     along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0

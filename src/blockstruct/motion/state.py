@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.model import Case, SettlementCase
 from blockstruct.vocabulary import CurveEnd
 
 Array = NDArray[np.float64]
@@ -165,3 +166,14 @@ def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
         return curve[-1][0]
     (d0, a0), (d1, a1) = curve[-2:]
     return d1 + a1 * (d1 - d0) / (a0 - a1)
+
+
+def largest_displacement(case: Case, displacement: Array, load_factor: Array, falls: Array) -> float:
+    """Return the largest displacement of a curve at which the blocks are in equilibrium; NaN if it is not reached.
+
+    For a pushover the load factor is zero there. At this displacement of supports that settle, blocks begin to fall.
+    """
+    stands = falls == 0
+    if isinstance(case, SettlementCase):
+        return float(displacement[np.flatnonzero(stands)[-1] + 1]) if stands.any() and not stands[-1] else np.nan
+    return zero_displacement(list(zip(displacement[stands].tolist(), load_factor[stands].tolist(), strict=True)))

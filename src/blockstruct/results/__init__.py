@@ -7,18 +7,24 @@ positive. Velocities belong to a variable load that does work at 1 W (``w_L·u =
 
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
-from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
-from blockstruct.results.case_result import CaseResult, LazyHistory
-from blockstruct.results.comparison import Comparison, compare, relative_difference
-from blockstruct.results.crushing_cells import parts_beyond
-from blockstruct.results.curve_comparison import compared_curves
+from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
+from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
-from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
-from blockstruct.results.mechanism import mechanism, with_motion
+from blockstruct.results.interfaces import (
+    FULLY_USED,
+    NO_FORCE,
+    active_joints,
+    contact_state,
+    interface_resultants,
+    is_pressed,
+    utilisation,
+)
+from blockstruct.results.joint_notes import parts_beyond
+from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism, with_motion
 from blockstruct.results.parameters import (
     checked_parameters,
     checked_tags,
@@ -26,12 +32,6 @@ from blockstruct.results.parameters import (
     plain_value,
     restored_value,
     stored_value,
-)
-from blockstruct.results.pushed import pushed_masses
-from blockstruct.results.pushed_ties import (
-    breaking_words,
-    broken_ties,
-    pushed_tie_state,
 )
 from blockstruct.results.reactions import support_reactions
 from blockstruct.results.response import (
@@ -42,15 +42,20 @@ from blockstruct.results.response import (
     response_of,
     response_words,
 )
-from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
-from blockstruct.results.states import active_joints, contact_state
-from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, ties_at_collapse
+from blockstruct.results.ties import (
+    breaking_words,
+    broken_ties,
+    pushed_tie_state,
+    tie_forces,
+    tie_sentences,
+    tie_state,
+    ties_at_collapse,
+)
 from blockstruct.results.torsion import corner_torsion, sliding_rates
-from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
-from blockstruct.text import LOAD_FACTOR
+from blockstruct.text import LOAD_FACTOR, pushed_masses
 
 __all__ = [
     # results
@@ -107,7 +112,10 @@ __all__ = [
     "division_of",
     "history_of",
     "iteration_variables",
+    "FULLY_USED",
+    "NO_FORCE",
     "interface_resultants",
+    "is_pressed",
     "support_reactions",
     "MacroBlock",
     "body_table",

@@ -11,9 +11,7 @@ import xarray as xr
 from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
 from blockstruct.files import csv_text
 from blockstruct.results.frame import history_frame
-from blockstruct.results.resultants import interface_resultants
-from blockstruct.results.states import contact_state
-from blockstruct.results.utilisation import utilisation
+from blockstruct.results.interfaces import contact_state, interface_resultants, utilisation
 from blockstruct.units import Q_
 from blockstruct.vocabulary import ContactState
 
@@ -201,7 +199,7 @@ class HistoryAccessor:
         Returns
         -------
         xarray.Dataset
-            Load factor, contact forces and velocities of this iteration less those of the other, in their units.
+            Load factors, contact forces and velocities: this iteration minus the other, in their units.
 
         Raises
         ------
@@ -243,7 +241,7 @@ class HistoryAccessor:
         Raises
         ------
         StorageError
-            If the suffix is another one, a package is missing, or the file cannot be written.
+            If the suffix is unknown, a package is missing, or the file cannot be written.
         """
         path = Path(path)
         kind = path.suffix.lower()

@@ -18,10 +18,8 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
 from blockstruct.results.parameters import checked_parameters, checked_tags
 from blockstruct.results.spread import Spread, spreads_of
+from blockstruct.text import LISTED
 from blockstruct.vocabulary import Status, counted
-
-#: Cases that a representation lists.
-SHOWN = 5
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -171,8 +169,8 @@ class Analysis(Mapping[str, CaseResult]):
         return len(self.results)
 
     def __repr__(self) -> str:
-        ends = ", ".join(f"{r.name}: {r.answer.text(r.load_factor, 4)}" for r in list(self.results.values())[:SHOWN])
-        more = f", … {len(self)} cases" if len(self) > SHOWN else ""
+        ends = ", ".join(f"{r.name}: {r.answer.text(r.load_factor, 4)}" for r in list(self.results.values())[:LISTED])
+        more = f", … {len(self)} cases" if len(self) > LISTED else ""
         return f"<Analysis of {self.model.name!r}, {ends}{more}>"
 
     def _repr_html_(self) -> str:

@@ -1,4 +1,4 @@
-"""The capacity curve: every state of a pushover as one xarray Dataset."""
+"""The capacity curve: every state of a pushover or a settlement as one xarray Dataset."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.model import Model, tie_segments
-from blockstruct.motion import MotionState, zero_displacement
-from blockstruct.results.pushed_ties import break_displacements
+from blockstruct.limit import reaction_unit
+from blockstruct.model import Case, Model, SettlementCase, tie_segments
+from blockstruct.motion import MotionState, largest_displacement
+from blockstruct.results.ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
@@ -94,20 +95,21 @@ def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
     return found
 
 
-def capacity_of(model: Model, arrays: Arrays) -> xr.Dataset:
+def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
     """Capacity curve of the values of its steps, in SI units.
 
     Parameters
     ----------
-    model, arrays
-        The structure, and :func:`step_arrays`.
+    model, case, arrays
+        The structure, its case, and :func:`step_arrays`.
 
     Returns
     -------
     xarray.Dataset
         Dimensions step, block, axis (x, y, z), contact and, with ties, tie; ``displacement`` is a coordinate along
         ``step``. Contact points with a force are one step after the other, ``step_of_contact`` tells that of each.
-        ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before;
+        ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before; of a settlement,
+        the largest displacement of the supports before blocks fall, NaN if none fall. A settlement has ``reaction``;
         ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
     """
     n = len(arrays["load_factor"])
@@ -121,8 +123,15 @@ def capacity_of(model: Model, arrays: Arrays) -> xr.Dataset:
         # A model without ties has no tie variables. Old working data may lack other variables.
         if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
     }
-    stands = arrays["falls"] == 0
-    curve = list(zip(*(arrays[name][stands].tolist() for name in ("displacement", "load_factor")), strict=True))
+    largest = "displacement at which the load factor is zero"
+    if isinstance(case, SettlementCase):
+        largest = "largest displacement of the supports before blocks fall"
+        reaction = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
+        variables["reaction"] = (
+            "step",
+            reaction,
+            {"units": SI_UNITS["force"], "long_name": "reaction of the supports along their motion"},
+        )
     coords: dict[str, Any] = {
         "step": ("step", np.arange(n), {"long_name": "state of the curve, from 0"}),
         "displacement": variables.pop("displacement"),
@@ -136,8 +145,8 @@ def capacity_of(model: Model, arrays: Arrays) -> xr.Dataset:
     if "loaded_points" in arrays:
         of_contact = np.repeat(np.arange(n), arrays["loaded_points"])
         coords["step_of_contact"] = ("contact", of_contact, {"long_name": "state of each contact point with a force"})
-    d0 = zero_displacement(curve)
-    data = {**variables, "d0": ((), d0, _length("displacement at which the load factor is zero"))}
+    d0 = largest_displacement(case, *(arrays[name] for name in ("displacement", "load_factor", "falls")))
+    data = {**variables, "d0": ((), d0, _length(largest))}
     if "tie_elongation" in variables:
         segments = tie_segments(model.ties, model.blocks)
         limit = np.array([segment.elongation_limit for segment in segments])
@@ -161,6 +170,9 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     slack appear in its forces. ``procedure`` is the procedure of the settings, which found the collapse state.
     """
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
+    if "reaction" in capacity:
+        # A reaction changes as the supports move, and a fall ends the curve.
+        return _misses(capacity.isel(step=capacity["falls"].to_numpy() == 0))
     if len(d) < 3 or not alpha[0]:
         return []
     said, top = [], int(alpha.argmax())

@@ -12,25 +12,31 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
-from blockstruct.model import Case, Model, Pushover, SelfWeight, SettlementCase
+from blockstruct.model import Case, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
-from blockstruct.results.admissible_state import AdmissibleState
-from blockstruct.results.crushing_cells import crushing_in_cells
 from blockstruct.results.description import describe, failures
 from blockstruct.results.headline import Headline
-from blockstruct.results.macro_blocks import MacroBlock, body_table, macro_blocks
-from blockstruct.results.mechanism import mechanism
-from blockstruct.results.pushed import pushed_masses
-from blockstruct.results.pushed_ties import broken_ties
+from blockstruct.results.interfaces import active_joints, contact_state, interface_resultants, utilisation
+from blockstruct.results.joint_notes import biaxial_crushing, crushing_in_cells
+from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.reactions import support_reactions
 from blockstruct.results.response import response_words
-from blockstruct.results.resultants import interface_resultants
-from blockstruct.results.states import active_joints, contact_state
-from blockstruct.results.ties import ties_at_collapse
+from blockstruct.results.ties import broken_ties, ties_at_collapse
 from blockstruct.results.torsion import torsion_notes
-from blockstruct.results.utilisation import biaxial_crushing, utilisation
-from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, curve_end, effect_note, ended, why
+from blockstruct.text import (
+    Answer,
+    Note,
+    NoteCode,
+    Severity,
+    capitalised,
+    caveats,
+    curve_end,
+    effect_note,
+    ended,
+    pushed_masses,
+    why,
+)
 from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages whose load factor is not a load factor of the case.
@@ -41,6 +47,28 @@ _OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
 _KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
 #: Statuses whose last iteration shows how the structure falls under its dead load.
 _FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
+
+
+@dataclass(frozen=True, slots=True)
+class AdmissibleState:
+    """Forces in equilibrium within the strength of joints, at a load factor.
+
+    With associative flow the load factor is a lower bound of the collapse load (static theorem). Without dilatancy the
+    theorem does not hold: joints may slide at a lower load factor, so it is not a safe bound.
+
+    Attributes
+    ----------
+    iteration : int
+        Position in the history.
+    load_factor : float
+    certificate : Certificate
+        Equilibrium residual and yield excess are within the tolerances. The flow-rule gap separates the state from a
+        collapse state.
+    """
+
+    iteration: int
+    load_factor: float
+    certificate: Certificate
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +115,11 @@ class CaseResult:
     damage : str
         The part of a killed run that could not be read; usually empty.
     curve_outcome : CurveOutcome or None
-        How and where the curve of a pushover ended, or why it is missing; None if it has not ended.
+        How and where the curve ended, or why it is missing; None if it has not ended.
     capacity : xarray.Dataset or None
-        States of a :class:`~blockstruct.Pushover` beyond the collapse state, which is the last state of the history:
-        :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
+        States of a :class:`~blockstruct.Pushover`, or of a :class:`~blockstruct.SettlementCase` with a displacement,
+        beyond the collapse state, which is the last state of the history: :func:`blockstruct.results.capacity_of`. None
+        for any other case, and without a collapse state.
     response : xarray.Dataset or None
         Motion of the blocks of a :class:`~blockstruct.RecordCase`: :func:`blockstruct.results.response_of`. None for
         any other case, and if the structure does not stand under its dead load.
@@ -305,14 +334,14 @@ class CaseResult:
 
     @property
     def curve_ended(self) -> str:
-        """How the curve of a pushover ended, or why it is missing, as a clause; empty if it has not ended."""
-        if self.curve_outcome is None or not isinstance(self.case, Pushover):
+        """How the curve ended, or why it is missing, as a clause; empty if it has not ended."""
+        if self.curve_outcome is None or not has_curve(self.case):
             return ""
-        return curve_end(self.curve_outcome, self.case.control)
+        return curve_end(self.curve_outcome, self.case)
 
     @property
     def missing_curve(self) -> str:
-        """Why a pushover with a collapse state has no curve; otherwise empty."""
+        """Why a case with a collapse state has no curve, though it has one to find; otherwise empty."""
         return self.curve_ended if self.capacity is None else ""
 
     @property
@@ -453,12 +482,7 @@ class CaseResult:
 
     @classmethod
     def restored(
-        cls,
-        *,
-        case: Case,
-        settings: Mapping[str, Any],
-        certificate: Mapping[str, float],
-        **rest: Any,
+        cls, *, case: Case, settings: Mapping[str, Any], certificate: Mapping[str, float], **rest: Any
     ) -> Self:
         """Return the result of plain values from a file."""
         measures = {name: float(value) for name, value in certificate.items() if name != "holds"}
@@ -467,7 +491,7 @@ class CaseResult:
             raise ModelError(msg)
         given = ProcedureSettings.of(settings)
         proof = Certificate(**measures, holds=bool(certificate.get("holds")), settings=given) if certificate else None
-        # Files of earlier versions have certificates of programs without a solution. None of them holds.
+        # Files of earlier versions have certificates of programs without a solution, which never hold.
         kept = proof if proof and (proof.holds or proof.is_of_a_state) else None
         return cls(case=case, settings=given, certificate=kept, **rest)
 
@@ -513,6 +537,8 @@ class CaseResult:
         motion = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
+        if self.curve_ended:
+            moved = capitalised(self.curve_ended)
         return "\n".join(filter(None, (str(self), moved, *notes, motion)))
 
     def __repr__(self) -> str:

@@ -1,8 +1,7 @@
-"""Comparison of two analyses."""
+"""Comparison of two analyses, and of two capacity curves."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,13 @@ from numpy.typing import NDArray
 
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.curve_comparison import compared_curves
-from blockstruct.results.mechanism import motion_of
+from blockstruct.results.interfaces import at_points
+from blockstruct.results.mechanism import ACCURACY, motion_of
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
 
-#: Relative difference of two measures, beyond their tolerances, that counts as rounding.
-_ROUNDING = 1e-3
+#: Difference of load factors, relative to the largest of both curves, from which two curves count as different.
+APART = 1e-2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +74,7 @@ class Comparison:
     def __str__(self) -> str:
         lines = [f"{'the same model' if self.same_model else 'different models'}, {counted(len(self.cases), 'case')}"]
         for name, row in self.cases.iterrows():
-            answers = [_said(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
+            answers = [_answer(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
             ended = [in_words(row[f"status{suffix}"]) for suffix in ("", "_other")]
             lines.append(
                 f"  {name}: {ended[0]} {answers[0]}, other {ended[1]} {answers[1]}, "
@@ -98,7 +97,7 @@ def _shown(difference: float) -> str:
     return f"{difference:.1e}" if np.isfinite(difference) else "not comparable"
 
 
-def _said(value: float, unit: str) -> str:
+def _answer(value: float, unit: str) -> str:
     """Return a load factor, or a reaction in a readable unit, as text."""
     if not (unit and np.isfinite(value)):
         return f"{value:.8g}"
@@ -140,8 +139,8 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             outcome = None if result is None else result.curve_outcome
             row[f"curve_ended{suffix}"] = "" if outcome is None else outcome.end.value
         if first is not None and second is not None:
-            row["force_difference"] = _state_difference(first, second, partial(_at_points, name="contact_force"))
-            motions = partial(_at_points, name="relative_velocity"), motion_of
+            row["force_difference"] = _state_difference(first, second, lambda last: at_points(last, "contact_force"))
+            motions = (lambda last: at_points(last, "relative_velocity")), motion_of
             row["mechanism_difference"] = max(_state_difference(first, second, motion) for motion in motions)
             row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(first.settings.flat, second.settings.flat)
@@ -166,10 +165,6 @@ def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
-
-
-def _at_points(iteration: xr.Dataset, name: str) -> NDArray[np.float64]:
-    return np.asarray(iteration[name].transpose("contact_point", "component"))
 
 
 def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.Dataset], Any]) -> float:
@@ -202,10 +197,54 @@ def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
         (a.flow_rule_gap, b.flow_rule_gap, limit),
     )
     # Two NaN agree with each other, and a NaN with nothing else.
-    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, _ROUNDING * abs(x)) for x, y, scale in pairs)
+    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, ACCURACY * abs(x)) for x, y, scale in pairs)
     return a.holds == b.holds and all(alike)
 
 
 def _changed(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
     keys = dict.fromkeys((*one, *other))
     return {key: (one.get(key), other.get(key)) for key in keys if one.get(key) != other.get(key)}
+
+
+def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[str, Any]:
+    """Compare two capacity curves; return the values of one row.
+
+    Returns
+    -------
+    dict
+        ``d0`` (m, NaN without one) of each curve, with the suffix ``_other`` for the second.
+
+        ``curve_difference`` is the larger of two differences. One is the largest difference of load factors at the same
+        displacement, relative to the largest load factor of both. The other is the difference of the final
+        displacements, relative to the larger one. It is 0 if neither is a pushover. It is infinite if only one is a
+        pushover, or only one curve reaches zero.
+
+        ``curves_part_at`` (m) is the first displacement at which the load factors differ by more than 1 % of the
+        largest; NaN if they do not.
+    """
+    row: dict[str, Any] = {}
+    for curve, suffix in ((one, ""), (other, "_other")):
+        row[f"d0{suffix}"] = np.nan if curve is None else float(curve["d0"])
+    if one is None or other is None:
+        return row | {"curve_difference": 0.0 if one is other else np.inf, "curves_part_at": np.nan}
+    (way, alpha), (way_other, alpha_other) = _along(one), _along(other)
+    common = np.union1d(way, way_other)
+    common = common[common <= min(way[-1], way_other[-1])]
+    largest = max(np.abs(alpha).max(), np.abs(alpha_other).max(), np.finfo(float).tiny)
+    apart = np.abs(np.interp(common, way, alpha) - np.interp(common, way_other, alpha_other)) / largest
+    parted = common[apart > APART]
+    row["curves_part_at"] = float(np.interp(parted[0], way, one["displacement"])) if len(parted) else np.nan
+    ends = [row[name] if np.isfinite(row[name]) else way_[-1] for name, way_ in (("d0", way), ("d0_other", way_other))]
+    furthest = max(np.abs(ends).max(), np.finfo(float).tiny)
+    both = np.isfinite(row["d0"]) == np.isfinite(row["d0_other"])
+    row["curve_difference"] = float(max(apart.max(), abs(ends[0] - ends[1]) / furthest)) if both else np.inf
+    return row
+
+
+def _along(curve: xr.Dataset) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the path length of the control point, m, and load factors.
+
+    The length adds motions to and fro along the direction of the point.
+    """
+    displacement, alpha = (curve[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
+    return np.abs(np.diff(displacement, prepend=displacement[0])).cumsum(), alpha

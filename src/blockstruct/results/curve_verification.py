@@ -6,12 +6,12 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit import LimitProblem, Placement
-from blockstruct.model import Pushover
-from blockstruct.motion import MotionState, MovingProblem, recomputed, zero_displacement
+from blockstruct.limit import LimitProblem, Placement, reaction_unit
+from blockstruct.model import SettlementCase, has_curve
+from blockstruct.motion import MotionState, MovingProblem, largest_displacement, recomputed
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.pushed_ties import DECIMALS, break_displacements
+from blockstruct.results.ties import DECIMALS, break_displacements
 from blockstruct.statics import Statics
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
 
     All that follows from forces, places and motions is computed again by the function that computed it first.
     """
-    if result.capacity is None or not isinstance(result.case, Pushover):
+    if result.capacity is None or not has_curve(result.case):
         return
     curve, moving = result.capacity, MovingProblem(statics, problem, result.case)
     states, names = steps_of(curve), [b.name for b in statics.model.blocks]
@@ -56,9 +56,14 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
     for k, (state, again) in enumerate(zip(states, recomputed(moving, result.settings, states), strict=True)):
         for what in _differences(state, again, statics.length):
             yield f"state {k} of the capacity curve: {what}"
-    d0 = zero_displacement([(state.displacement, state.load_factor) for state in states if not state.falls])
+    of_states = (np.array([getattr(s, name) for s in states]) for name in ("displacement", "load_factor", "falls"))
+    d0 = largest_displacement(result.case, *of_states)
     if not np.isclose(float(curve["d0"]), d0, rtol=OF_D0, atol=0.0, equal_nan=True):
         yield f"d0 is {float(curve['d0']):.6g} m, that of the capacity curve {d0:.6g} m"
+    if isinstance(result.case, SettlementCase):
+        reaction = -reaction_unit(statics.model, result.case) * curve["load_factor"].to_numpy()
+        if not np.allclose(curve["reaction"], reaction, rtol=OF_D0, atol=0.0):
+            yield "the reactions of the capacity curve are not those of its load factors"
     if "tie_break_displacement" in curve:
         limit = statics.ties.elongation_limit
         elongation = np.array([state.tie_elongation for state in states])

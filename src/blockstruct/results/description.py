@@ -6,16 +6,13 @@ from numpy.typing import NDArray
 
 from blockstruct import text
 from blockstruct.model import LoadPattern, Model
-from blockstruct.results.macro_blocks import macro_blocks
-from blockstruct.results.mechanism import mechanism
-from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.interfaces import active_joints, at_points, contact_state
+from blockstruct.results.mechanism import macro_blocks, mechanism
 from blockstruct.results.ties import tie_sentences
 from blockstruct.vocabulary import ContactState, Stage, Status
 
 Array = NDArray[np.float64]
 
-#: Share of the largest measure of a joint below which a joint is not listed.
-_MAIN = 0.02
 _KINDS = {
     ContactState.HINGE: "Hinges",
     ContactState.SLIDING: "Sliding joints",
@@ -42,20 +39,23 @@ def describe(
     moving = [body for body in bodies if body.moves]
     weight, carried = (sum(getattr(body, name) for body in bodies) for name in ("total", "carried"))
     free, moved = (sum(len(body.blocks) for body in some) for some in (bodies, moving))
-    shares = [body.total / weight if weight > 0 else 0.0 for body in moving]
+    parts = [
+        (
+            body.blocks,
+            body.total / weight if weight > 0 else 0.0,
+            text.motion_clause(body.translation, body.axis, body.centroid, body.speed),
+        )
+        for body in moving
+    ]
     lines = [text.NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
-    lines.append(text.moving_sentence(moved, free, len(moving), sum(shares), carried=bool(carried)))
-    for number, (body, share) in enumerate(zip(moving[: text.LISTED], shares, strict=False), 1):
-        motion = text.motion_clause(body.translation, body.axis, body.centroid, body.speed)
-        lines.append(text.body_sentence(number, body.blocks, share, motion))
-    if len(moving) > text.LISTED:
-        lines.append(text.more_bodies(len(moving) - text.LISTED))
+    share = sum(share for _, share, _ in parts)
+    lines.append(text.moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
+    lines += text.body_sentences(parts)
     lines += [text.joints_sentence(_KINDS[state], joints) for state, joints in main_joints(history).items()]
     if "tie" in history.sizes:
         ties = tie_sentences(history)
-        lines += ties[: text.LISTED]
-        if len(ties) > text.LISTED:
-            lines.append(text.more_ties(len(ties) - text.LISTED))
+        more = len(ties) - text.LISTED
+        lines += ties[: text.LISTED] + [text.more_ties(more)] * (more > 0)
     on_path = (history["stage"] == Stage.LOADING_PATH.value).any()
     lines.append(text.STEPS_OF_PATH if on_path else text.STEPS_OF_PROGRAMS)
     return "\n".join(lines)
@@ -71,17 +71,15 @@ def failures(history: xr.Dataset) -> str:
 
 
 def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
-    """Return the joints that fail in each way, the most active first.
+    """Return the joints that fail in each way in the last iteration, the most active first.
 
-    The last iteration counts.
-
-    Hinges are ranked by normal force times opening velocity, the others by dissipation.
+    Hinges are ranked by normal force times opening velocity, the others by dissipation. Joints below a share of the
+    largest, :data:`blockstruct.text.SMALL`, are left out.
     """
     last = history.isel(iteration=-1)
     state = contact_state(last)
     index = last["interface_of_contact_point"].to_numpy()
-    force = last["contact_force"].transpose("contact_point", "component").to_numpy()
-    v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
 
     def per_joint(values: Array) -> Array:
         return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
@@ -99,5 +97,5 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
         largest = ranked.max(initial=0.0)
         if largest > 0:
             order = np.argsort(-ranked, kind="stable")
-            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > _MAIN * largest]
+            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > text.SMALL * largest]
     return joints

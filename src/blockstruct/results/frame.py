@@ -6,8 +6,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.results.resultants import interface_resultants
-from blockstruct.results.states import contact_state
+from blockstruct.results.interfaces import contact_state, interface_resultants
 
 
 def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
@@ -62,7 +61,7 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
         If the argument is not a curve, such as the None of a case without one.
     """
     if not isinstance(capacity, xr.Dataset):
-        msg = f"capacity_frame: the curve is a {type(capacity).__name__}; give result.capacity of a Pushover with one"
+        msg = f"capacity_frame: the curve is a {type(capacity).__name__}; give result.capacity of a case with one"
         raise ModelError(msg)
     names = [str(name) for name in capacity.data_vars if "step" in capacity[name].dims]
     if variable is not None and variable not in names:

@@ -7,13 +7,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import Iteration, LimitProblem, Settlement, block_motion
+from blockstruct.limit import Iteration, LimitProblem, block_motion
 from blockstruct.model import Model
 from blockstruct.statics import Division, Statics, TieTable
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
 
 Array = NDArray[np.float64]
+#: Dimensions, values and attributes of a variable.
+Variable = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
 
 
 def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> xr.Dataset:
@@ -33,74 +35,65 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         interface_corner, block and axis (x, y, z). Blocks are in the order of the model. Supports have zero velocity
         unless they move. Ties add the dimensions tie (a stretch with one force) and tie_end.
     """
-    model, points, force = statics.model, statics.points, problem.force_unit
-    of_iterations = iteration_variables(statics, problem, iterations)
+    variables = iteration_variables(statics, problem, iterations)
+    coords = {name: variables.pop(name) for name in ("iteration", "stage")} | coordinates(statics, problem)
+    return xr.Dataset(variables, coords=coords, attrs={"long_name": "iteration history"})
+
+
+def coordinates(statics: Statics, problem: LimitProblem) -> dict[str, Variable]:
+    """Return positions, frames, names and strengths of a history, which follow from the model and the case."""
+    model, points = statics.model, statics.points
     names = _text([i.name for i in model.interfaces])
+    sides = [len(i.polygon) for i in model.interfaces]
+    frame = "unit vectors n (from minus to plus), s (horizontal) and t = n × s"
     coords = {
-        **{name: of_iterations.pop(name) for name in ("iteration", "stage")},
-        "component": ("component", _text(COMPONENTS), _named("normal n, and s and t in the plane of the interface")),
-        "axis": ("axis", _text(AXES), _named("axes of the model")),
-        "block": ("block", _text([b.name for b in model.blocks]), _named("names of the blocks")),
-        "interface": ("interface", names, _named("names of the interfaces")),
-        "block_position": (
-            ("block", "axis"),
-            np.array([b.centroid for b in model.blocks]),
-            _attrs("length", "centroid"),
+        "component": _variable(
+            "component", _text(COMPONENTS), None, "normal n, and s and t in the plane of the interface"
         ),
-        "contact_point_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
-        "contact_point": (
-            "contact_point",
-            names[points.interface],
-            _named("name of the interface of each contact point"),
+        "axis": _variable("axis", _text(AXES), None, "axes of the model"),
+        "block": _variable("block", _text([b.name for b in model.blocks]), None, "names of the blocks"),
+        "interface": _variable("interface", names, None, "names of the interfaces"),
+        "block_position": _variable("block axis", np.array([b.centroid for b in model.blocks]), "length", "centroid"),
+        "contact_point_position": _variable("contact_point axis", points.position, "length", "contact point"),
+        "contact_point": _variable(
+            "contact_point", names[points.interface], None, "name of the interface of each contact point"
         ),
-        "interface_of_contact_point": ("contact_point", points.interface, _named("index of the interface")),
-        "contact_force_unit": (
-            "contact_point",
-            force,
-            _attrs("force", "unit in which the forces there are solved"),
+        "interface_of_contact_point": _variable("contact_point", points.interface, None, "index of the interface"),
+        "contact_force_unit": _variable(
+            "contact_point", problem.force_unit, "force", "unit in which the forces there are solved"
         ),
-        "friction_coefficient": (
-            "contact_point",
-            points.friction,
-            _attrs("dimensionless", "friction coefficient μ"),
+        "friction_coefficient": _variable("contact_point", points.friction, "dimensionless", "friction coefficient μ"),
+        "dilatancy": _variable("contact_point", problem.dilatancy, "dimensionless", "tan ψ that the case flows with"),
+        "cohesion": _variable("contact_point", points.cohesion, "force", "cohesion, c times the tributary area"),
+        "tensile_strength": _variable(
+            "contact_point", points.tension, "force", "tensile strength, f_t times the tributary area"
         ),
-        "dilatancy": ("contact_point", problem.dilatancy, _attrs("dimensionless", "tan ψ that the case flows with")),
-        "cohesion": ("contact_point", points.cohesion, _attrs("force", "cohesion, c times the tributary area")),
-        "tensile_strength": (
-            "contact_point",
-            points.tension,
-            _attrs("force", "tensile strength, f_t times the tributary area"),
-        ),
-        "cell_strength": (
+        "cell_strength": _variable(
             "contact_point",
             points.compression,
-            _attrs("force", "f_c times the area of a cell; infinite where the contact point is a corner"),
+            "force",
+            "f_c times the area of a cell; infinite where the contact point is a corner",
         ),
-        "compressive_strength": ("interface", points.strength, _attrs("stress", "compressive strength f_c")),
-        "interface_corner_position": (
-            ("interface_corner", "axis"),
+        "compressive_strength": _variable("interface", points.strength, "stress", "compressive strength f_c"),
+        "interface_corner_position": _variable(
+            "interface_corner axis",
             np.concatenate([i.polygon for i in model.interfaces]),
-            _attrs("length", "corner of an interface"),
+            "length",
+            "corner of an interface",
         ),
-        "interface_of_interface_corner": (
-            "interface_corner",
-            np.repeat(np.arange(len(model.interfaces)), [len(i.polygon) for i in model.interfaces]),
-            _named("index of the interface"),
+        "interface_of_interface_corner": _variable(
+            "interface_corner", np.repeat(np.arange(len(sides)), sides), None, "index of the interface"
         ),
-        "interface_area": ("interface", points.area, _attrs("area", "area")),
-        "interface_position": (("interface", "axis"), points.centroid, _attrs("length", "centroid")),
-        "interface_frame": (
-            ("interface", "component", "axis"),
-            points.frame,
-            _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
-        ),
+        "interface_area": _variable("interface", points.area, "area", "area"),
+        "interface_position": _variable("interface axis", points.centroid, "length", "centroid"),
+        "interface_frame": _variable("interface component axis", points.frame, "dimensionless", frame),
     }
     if len(statics.ties):
         coords |= _ties(statics.ties)
     if len(problem.torsion):
         what = "lever of the torsion of uniform pressure; infinite where contact points alone limit the torque"
-        coords["torsion_lever"] = ("interface", points.torsion_lever, _attrs("length", what))
-    return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
+        coords["torsion_lever"] = _variable("interface", points.torsion_lever, "length", what)
+    return coords
 
 
 def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
@@ -113,129 +106,109 @@ def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
 
 def iteration_variables(
     statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
-) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
+) -> dict[str, Variable]:
     """Return dimensions, values and attributes of iteration variables, SI."""
-    force = problem.force_unit
-    n, K = len(iterations), problem.n_points
+    n, K, force = len(iterations), problem.n_points, problem.force_unit
 
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
         return np.array(values, dtype=float).reshape(n, *shape)
 
+    def number(name: str, long_name: str) -> Variable:
+        return _variable("iteration", stacked([getattr(i, name) for i in iterations]), "dimensionless", long_name)
+
+    def measure(name: str, long_name: str) -> Variable:
+        values = stacked([getattr(i.certificate, name) for i in iterations])
+        return _variable("iteration", values, "dimensionless", long_name)
+
     velocity = block_motion(statics, problem, stacked([i.u for i in iterations], (problem.A.shape[0],)))
-    per_point = ("iteration", "contact_point")
-    of_ties: dict[str, Any] = {}
-    if len(problem.ties):
-        per_tie, unit = ("iteration", "tie"), problem.ties.force_unit
-        of_ties["tie_force"] = (
-            per_tie,
-            stacked([i.tie_force for i in iterations], (len(unit),)) * unit,
-            _attrs("force", "force of the tie, tension positive"),
-        )
-        of_ties["tie_elongation_rate"] = (
-            per_tie,
-            stacked([i.elongation for i in iterations], (len(unit),)) / unit,
-            _attrs("velocity", "rate of elongation, at 1 W"),
-        )
-    found = {
-        "iteration": ("iteration", np.arange(n), _named("iteration, from 0")),
-        "stage": ("iteration", _text([i.stage.value for i in iterations]), _named("program of the iteration")),
-        "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
-        "contact_force": (
-            (*per_point, "component"),
-            stacked([i.x for i in iterations], (K, 3)) * force[:, None],
-            _attrs("force", "contact force on the plus block, compression positive"),
+    x, v = stacked([i.x for i in iterations], (K, 3)), stacked([i.v for i in iterations], (K, 3))
+    at_points, unit = "iteration contact_point component", force[:, None]
+    bound, slope = (stacked([getattr(i.sliding, name) for i in iterations], (K,)) for name in ("bound", "slope"))
+    condition = "of the sliding condition of the program, |(s, t)| <= b + m n"
+    of_velocity = "velocity of the plus block relative to the minus block, opening positive, at 1 W"
+    variables = {
+        "iteration": _variable("iteration", np.arange(n), None, "iteration, from 0"),
+        "stage": _variable("iteration", _text([i.stage.value for i in iterations]), None, "program of the iteration"),
+        "load_factor": number("load_factor", "load factor α"),
+        "contact_force": _variable(
+            at_points, x * unit, "force", "contact force on the plus block, compression positive"
         ),
-        "relative_velocity": (
-            (*per_point, "component"),
-            stacked([i.v for i in iterations], (K, 3)) / force[:, None],
-            _attrs("velocity", "velocity of the plus block relative to the minus block, opening positive, at 1 W"),
+        "relative_velocity": _variable(at_points, v / unit, "velocity", of_velocity),
+        "block_velocity": _variable(
+            "iteration block axis", velocity[..., :3], "velocity", "velocity of the centroid, at 1 W"
         ),
-        "block_velocity": (
-            ("iteration", "block", "axis"),
-            velocity[..., :3],
-            _attrs("velocity", "velocity of the centroid, at 1 W"),
+        "block_angular_velocity": _variable(
+            "iteration block axis", velocity[..., 3:], "angular velocity", "angular velocity about the centroid, at 1 W"
         ),
-        "block_angular_velocity": (
-            ("iteration", "block", "axis"),
-            velocity[..., 3:],
-            _attrs("angular velocity", "angular velocity about the centroid, at 1 W"),
-        ),
-        **of_ties,
-        "fictitious_cohesion": (
-            per_point,
-            stacked([i.sliding.bound for i in iterations], (K,)) * force,
-            _attrs("force", "b of the sliding condition of the program, |(s, t)| <= b + m n"),
-        ),
-        "fictitious_slope": (
-            per_point,
-            stacked([i.sliding.slope for i in iterations], (K,)),
-            _attrs("dimensionless", "m of the sliding condition of the program, |(s, t)| <= b + m n"),
-        ),
-        "crushing_linearisation": (
-            ("iteration", "interface"),
+        **_tie_motion(problem, iterations),
+        "fictitious_cohesion": _variable("iteration contact_point", bound * force, "force", f"b {condition}"),
+        "fictitious_slope": _variable("iteration contact_point", slope, "dimensionless", f"m {condition}"),
+        "crushing_linearisation": _variable(
+            "iteration interface",
             _linearised_at(statics, problem, iterations),
-            _attrs("force", "normal force N0 about which crushing is linearised in the program, if it is"),
+            "force",
+            "normal force N0 about which crushing is linearised in the program, if it is",
         ),
-        "schedule_cohesion": _number([i.c0 for i in iterations], "c0 of the schedule, in units of contact_force_unit"),
-        "schedule_slope": _number([i.a for i in iterations], "a of the schedule"),
-        "equilibrium_residual": _number(
-            [i.certificate.equilibrium_residual for i in iterations], "in multiples of the dead wrench of the block"
-        ),
-        "yield_excess": _number(
-            [i.certificate.yield_excess for i in iterations],
+        "schedule_cohesion": number("c0", "c0 of the schedule, in units of contact_force_unit"),
+        "schedule_slope": number("a", "a of the schedule"),
+        "equilibrium_residual": measure("equilibrium_residual", "in multiples of the dead wrench of the block"),
+        "yield_excess": measure(
+            "yield_excess",
             "beyond the true conditions, in multiples of the dead wrench of the lighter block or of the normal force",
         ),
-        "interpenetration": _number(
-            [i.certificate.interpenetration for i in iterations], "relative to the largest relative velocity"
-        ),
-        "flow_rule_gap": _number(
-            [i.certificate.flow_rule_gap for i in iterations],
-            "work by which the flow rule is missed, in units of α",
-        ),
-        "flow_rule_gap_limit": _number(
-            [i.certificate.flow_rule_gap_limit for i in iterations], "flow-rule gap within the settings"
-        ),
+        "interpenetration": measure("interpenetration", "relative to the largest relative velocity"),
+        "flow_rule_gap": measure("flow_rule_gap", "work by which the flow rule is missed, in units of α"),
+        "flow_rule_gap_limit": measure("flow_rule_gap_limit", "flow-rule gap within the settings"),
         "displacement": _displacement(problem, iterations),
-        "solver_status": (
-            "iteration",
-            _text([i.solver_status.value for i in iterations]),
-            _named("how the solver ended"),
+        "solver_status": _variable(
+            "iteration", _text([i.solver_status.value for i in iterations]), None, "how the solver ended"
         ),
-        "solver_iterations": (
+        "solver_iterations": _variable(
             "iteration",
             np.array([i.solver_iterations for i in iterations], dtype=np.int64),
-            _attrs("dimensionless", "interior-point iterations"),
+            "dimensionless",
+            "interior-point iterations",
         ),
-        "solver_time": (
-            "iteration",
-            stacked([i.solver_time for i in iterations]),
-            _attrs("time", "time in the solver"),
+        "solver_time": _variable(
+            "iteration", stacked([i.solver_time for i in iterations]), "time", "time in the solver"
         ),
     }
     if problem.settlement is not None:
-        found["reaction"] = _reaction(problem.settlement, iterations)
-    return found
+        what = "of the supports that give way: what joints and ties bring to them, against the motion"
+        values = problem.settlement.reaction(stacked([i.load_factor for i in iterations]))
+        dimension = "moment" if problem.settlement.rotates else "force"
+        variables["reaction"] = _variable("iteration", values, dimension, what)
+    return variables
 
 
-def _ties(table: TieTable) -> dict[str, Any]:
+def _ties(table: TieTable) -> dict[str, Variable]:
     """Return the coordinates on ties."""
+    name = "name of the tie, with the blocks of a stretch of a bonded bar"
+    bond = "largest change of the force in the block at each end; infinite at an anchor"
     return {
-        "tie": (
-            "tie",
-            _text(table.name),
-            _named("name of the tie, with the blocks of a stretch of a bonded bar"),
-        ),
-        "tie_of_model": ("tie", table.tie, _named("index of the tie in the model")),
-        "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it ends in its blocks")),
-        "tie_capacity": ("tie", table.capacity, _attrs("force", "largest force")),
-        "tie_prestress": ("tie", table.prestress, _attrs("force", "least force")),
-        "tie_governing": ("tie", _text(table.governing), _named("which limit the largest force is")),
-        "tie_bond": (
-            ("tie", "tie_end"),
-            table.bond,
-            _attrs("force", "largest change of the force in the block at each end; infinite at an anchor"),
-        ),
-        "tie_elongation_limit": ("tie", table.elongation_limit, _attrs("length", "infinite if none was given")),
+        "tie": _variable("tie", _text(table.name), None, name),
+        "tie_of_model": _variable("tie", table.tie, None, "index of the tie in the model"),
+        "tie_position": _variable("tie tie_end axis", table.position, "length", "where it ends in its blocks"),
+        "tie_capacity": _variable("tie", table.capacity, "force", "largest force"),
+        "tie_prestress": _variable("tie", table.prestress, "force", "least force"),
+        "tie_governing": _variable("tie", _text(table.governing), None, "which limit the largest force is"),
+        "tie_bond": _variable("tie tie_end", table.bond, "force", bond),
+        "tie_elongation_limit": _variable("tie", table.elongation_limit, "length", "infinite if none was given"),
+    }
+
+
+def _tie_motion(problem: LimitProblem, iterations: Sequence[Iteration]) -> dict[str, Variable]:
+    """Return forces and rates of elongation of ties; nothing without ties."""
+    if not len(problem.ties):
+        return {}
+    unit = problem.ties.force_unit
+    force, rate = (
+        np.array([getattr(i, name) for i in iterations], dtype=float).reshape(len(iterations), len(unit))
+        for name in ("tie_force", "elongation")
+    )
+    return {
+        "tie_force": _variable("iteration tie", force * unit, "force", "force of the tie, tension positive"),
+        "tie_elongation_rate": _variable("iteration tie", rate / unit, "velocity", "rate of elongation, at 1 W"),
     }
 
 
@@ -248,32 +221,25 @@ def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence
     return N0
 
 
-def _reaction(settlement: Settlement, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
-    what = "of the supports that give way: what joints and ties bring to them, against the motion"
-    values = settlement.reaction(np.array([i.load_factor for i in iterations], dtype=float))
-    return "iteration", values, _attrs("moment" if settlement.rotates else "force", what)
-
-
-def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
-    given = np.isfinite(problem.displacement_unit)
+def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> Variable:
     what = "displacement of the variable load, the mean of its points in its direction, since the dead load"
     if problem.settlement is not None:
         what = "displacement of the supports that give way, since the dead load"
         what += f", at {problem.length:.6g} m from their axis" * problem.settlement.rotates
-    attrs = _attrs("length", what) if given else _attrs("dimensionless", f"{what}; only ratios count")
-    return "iteration", np.array([i.displacement for i in iterations], dtype=float), attrs
+    is_length = bool(np.isfinite(problem.displacement_unit))
+    values = np.array([i.displacement for i in iterations], dtype=float)
+    return _variable(
+        "iteration",
+        values,
+        "length" if is_length else "dimensionless",
+        what if is_length else f"{what}; only ratios count",
+    )
 
 
-def _attrs(dimension: str, long_name: str) -> dict[str, str]:
-    return {"units": SI_UNITS[dimension], "long_name": long_name}
-
-
-def _named(long_name: str) -> dict[str, str]:
-    return {"long_name": long_name}
-
-
-def _number(values: list[float], long_name: str) -> tuple[str, Array, dict[str, str]]:
-    return "iteration", np.array(values, dtype=float), _attrs("dimensionless", long_name)
+def _variable(dims: str, values: NDArray[Any], dimension: str | None, long_name: str) -> Variable:
+    """Return a variable for xarray; names and indices have no dimension, and no units."""
+    units = {} if dimension is None else {"units": SI_UNITS[dimension]}
+    return tuple(dims.split()), values, {**units, "long_name": long_name}
 
 
 def _text(values: Sequence[str]) -> NDArray[Any]:

@@ -1,19 +1,22 @@
-"""Ties at collapse: force, state, and elongation in the mechanism."""
+"""Ties: forces, states and elongations at collapse; states, breaks and loss of load factor in a pushover."""
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.results.mechanism import largest_motion
-from blockstruct.text import tie_sentence
+from blockstruct.model import Model, tie_segments
+from blockstruct.results.interfaces import NO_FORCE
+from blockstruct.results.mechanism import ACCURACY, largest_motion
+from blockstruct.text import LISTED, tie_sentence, tie_title
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import TieState
 
-#: Force, relative to the largest, that counts as zero, or as the distance from a limit.
-AT_LIMIT = 1e-4
-#: Elongation, relative to the largest displacement of the mechanism, that counts as zero within solver tolerances.
-AT_REST = 1e-3
+Array = NDArray[np.float64]
+
+#: Decimals of the displacements at which ties break, m.
+DECIMALS = 9
+_METER, _NEWTON = SI_UNITS["length"], SI_UNITS["force"]
 #: State of a tie at its governing limit.
 OF_LIMIT = {
     "yield": TieState.YIELDING,
@@ -23,7 +26,7 @@ OF_LIMIT = {
 }
 
 
-def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
+def tie_state(history: xr.Dataset, tolerance: float = NO_FORCE) -> xr.DataArray:
     """Return the state of every tie in every iteration.
 
     States are of :class:`blockstruct.vocabulary.TieState`.
@@ -93,35 +96,149 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     last = history.isel(iteration=-1)
     elongation = last["tie_elongation_rate"].to_numpy() / largest_motion(history)
     limit = last["tie_elongation_limit"].to_numpy()
-    newton, meter = SI_UNITS["force"], SI_UNITS["length"]
-    longer = np.isfinite(limit) & (elongation > AT_REST)
+    longer = np.isfinite(limit) & (elongation > ACCURACY)
     reached = np.divide(limit, elongation, out=np.full(len(limit), np.nan), where=longer)
     index = pd.Index(last["tie"].to_numpy(), name="tie")
     columns = {
-        f"force [{newton}]": tie_forces(last),
-        f"capacity [{newton}]": last["tie_capacity"].to_numpy(),
+        f"force [{_NEWTON}]": tie_forces(last),
+        f"capacity [{_NEWTON}]": last["tie_capacity"].to_numpy(),
         "governing": last["tie_governing"].to_numpy(),
         "state": tie_state(last).to_numpy(),
         "elongation": elongation,
-        f"elongation limit [{meter}]": limit,
-        f"displacement at limit [{meter}]": reached,
+        f"elongation limit [{_METER}]": limit,
+        f"displacement at limit [{_METER}]": reached,
     }
     return pd.DataFrame(columns, index=index)
 
 
 def tie_sentences(history: xr.Dataset) -> list[str]:
     """Return a sentence on each tie in the last iteration of a case."""
-    newton, meter = SI_UNITS["force"], SI_UNITS["length"]
     return [
         tie_sentence(
             str(name),
             row["state"],
-            row[f"force [{newton}]"],
-            row[f"capacity [{newton}]"],
+            row[f"force [{_NEWTON}]"],
+            row[f"capacity [{_NEWTON}]"],
             row["governing"],
-            lengthens=row["elongation"] if row["elongation"] > AT_REST else 0.0,
-            elongation_limit=row[f"elongation limit [{meter}]"],
-            at=row[f"displacement at limit [{meter}]"],
+            lengthens=row["elongation"] if row["elongation"] > ACCURACY else 0.0,
+            elongation_limit=row[f"elongation limit [{_METER}]"],
+            at=row[f"displacement at limit [{_METER}]"],
         )
         for name, row in ties_at_collapse(history).iterrows()
     ]
+
+
+def break_displacements(displacement: Array, elongation: Array, limit: Array) -> Array:
+    """Return the displacements (N,) at which ties break, m; NaN without.
+
+    They are displacements of the control point, at the elongation limit of each tie.
+
+    Parameters
+    ----------
+    displacement : (S,) array
+        Displacements of the control point in the states, m.
+    elongation : (S, N) array
+        Elongations of the ties in each state, m.
+    limit : (N,) array
+        Elongation limits of the ties, m; infinite without one.
+    """
+    found = np.full(len(limit), np.nan)
+    for tie, k in _breaking(elongation, limit).items():
+        found[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
+    # Ties that break together break at the same displacement, free of rounding.
+    return np.round(found, DECIMALS)
+
+
+def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
+    """Return the first state after the break of each tie that breaks.
+
+    Before the first state only joints and ties deform, so no tie has reached its limit there.
+    """
+    first = (elongation > limit).argmax(axis=0)
+    return {int(tie): int(first[tie]) for tie in np.flatnonzero(first)}
+
+
+def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
+    """Return the ties that break in a pushover, in order.
+
+    Parameters
+    ----------
+    capacity
+        Capacity curve of the pushover.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by the tie: ``displacement [meter]`` of the control point at the break, ``elongation [meter]`` at the
+        break, ``force [newton]`` before the break, and ``load factor before`` and ``after``. The elongation equals the
+        limit of the tie. Load factors belong to the states just before and after the break. Ties that break between
+        the same two states share them.
+    """
+    lengths = [f"{name} [{_METER}]" for name in ("displacement", "elongation")]
+    columns = [*lengths, f"force [{_NEWTON}]", "load factor before", "load factor after"]
+    if "tie_break_displacement" not in capacity:
+        return pd.DataFrame(columns=columns, index=pd.Index([], name="tie"), dtype=float)
+    at, limit = (capacity[name].to_numpy() for name in ("tie_break_displacement", "tie_elongation_limit"))
+    force, elongation = (capacity[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+    breaking = _breaking(elongation, limit)
+    alpha = capacity["load_factor"].transpose("step").to_numpy()
+    rows = [(at[tie], limit[tie], force[k - 1, tie], *alpha[k - 1 : k + 1]) for tie, k in breaking.items()]
+    names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
+    return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
+
+
+def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
+    """Return the state of every tie in every state of a pushover.
+
+    States are as in :func:`tie_state`; a tie beyond its limit is ``broken``.
+
+    Parameters
+    ----------
+    model, capacity
+        The structure, with ties, and its capacity curve.
+
+    Returns
+    -------
+    xarray.DataArray
+        Texts, dimensions (step, tie).
+    """
+    force, elongation = (capacity[name].transpose("step", "tie") for name in ("tie_force", "tie_elongation"))
+    tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
+    largest = np.array([segment.capacity for segment in segments])
+    limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
+    state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
+    state = np.where(tension >= (1 - NO_FORCE) * largest, limits, state)
+    state = np.where(tension <= _rounding(model), TieState.SLACK.value, state)
+    state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
+    beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
+    state = np.where(np.logical_or.accumulate(beyond), TieState.BROKEN.value, state)
+    return force.copy(data=state).rename("tie_state").drop_attrs()
+
+
+def _rounding(model: Model) -> Array:
+    """Return the force (N,) below which each tie counts as slack in a pushover, N.
+
+    It is a share of the capacity or, if less, of the weight of the lighter block at either end.
+    """
+    weight = {b.name: np.inf if b.fixed else b.weight for b in model.blocks}
+    least = [min(s.capacity, *(weight[name] for name in s.blocks)) for s in tie_segments(model.ties, model.blocks)]
+    return NO_FORCE * np.array(least)
+
+
+def breaking_words(capacity: xr.Dataset) -> list[str]:
+    """Return clauses on the ties that break in a pushover.
+
+    Each gives the displacement and the loss of load factor. The last clause counts the remaining ties.
+    """
+    broken = broken_ties(capacity)
+    clauses = []
+    for (before, after), together in broken.head(LISTED).groupby(
+        ["load factor before", "load factor after"], sort=False
+    ):
+        each = [
+            f"{tie_title(str(name))} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
+            for name, d, longer in together.iloc[:, :2].itertuples()
+        ]
+        clauses.append(f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}")
+    rest = len(broken) - LISTED
+    return clauses + [f"{rest} more {'tie breaks' if rest == 1 else 'ties break'}"] * (rest > 0)

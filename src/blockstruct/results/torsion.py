@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model
 from blockstruct.results.history import division_of
-from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
+from blockstruct.statics import ContactPoints, multiple_of_uniform_friction, torsion_levers
 from blockstruct.text import EFFECT, Note, torsion_note
 from blockstruct.vocabulary import Torsion
 
@@ -64,7 +64,7 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     held = np.where(whole > 0, whole, 1.0)
     x, y = (a - (total(resistance * a) / held)[index] for a in (x, y))
     torque = total(x * force[:, 2] - y * force[:, 1])
-    lever = np.array([i.torsion_lever for i in model.interfaces])
+    lever = torsion_levers(model.interfaces)
     carried = np.column_stack([total(force[:, 1]), total(force[:, 2]), torque / lever])
     of_resistance = np.divide(carried, whole[:, None], out=np.zeros((J, 3)), where=whole[:, None] > 0)
     times = multiple_of_uniform_friction(model.interfaces, of_resistance)

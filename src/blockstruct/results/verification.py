@@ -25,14 +25,14 @@ from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_verification import curve_contradictions
-from blockstruct.results.history import division_of
+from blockstruct.results.history import coordinates, division_of
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.statics import Division, Statics
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.text import LISTED
+from blockstruct.vocabulary import Stage, Status, listed
 
 Array = NDArray[np.float64]
 
-#: Relative difference of two computations of one measure that rounding explains.
-_ROUNDING = 1e-3
 #: Contact points of iterations compared at once: large histories are read from a file in parts.
 _AT_ONCE = 100_000
 #: Difference of coordinates and strengths between history and model, relative to their size, that rounding explains.
@@ -131,9 +131,8 @@ def confirm(analysis: Analysis) -> None:
     """
     found = contradictions(analysis)
     if found:
-        listed = "; ".join(f"case {name!r}: {what}" for name, what in found[:5])
-        more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
-        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are not proof"
+        some = listed([f"case {name!r}: {what}" for name, what in found], LISTED)
+        msg = f"analysis of {analysis.model.name!r}: {some}; run the model again, these results are not proof"
         raise CertificateError(msg)
 
 
@@ -204,47 +203,15 @@ def _status(result: CaseResult) -> Iterator[str]:
 
 
 def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
-    """Compare positions, frames and strengths of the history with the model."""
-    points = statics.points
-    expected = {
-        "block_position": np.array([b.centroid for b in statics.model.blocks]),
-        "contact_point_position": points.position,
-        "interface_of_contact_point": points.interface,
-        "interface_position": points.centroid,
-        "interface_frame": points.frame,
-        "interface_area": points.area,
-        "interface_corner_position": np.concatenate([i.polygon for i in statics.model.interfaces]),
-        "interface_of_interface_corner": np.repeat(
-            np.arange(len(points.area)), [len(i.polygon) for i in statics.model.interfaces]
-        ),
-        "contact_force_unit": problem.force_unit,
-        "friction_coefficient": points.friction,
-        "dilatancy": problem.dilatancy,
-        "cohesion": points.cohesion,
-        "tensile_strength": points.tension,
-        "cell_strength": points.compression,
-        "compressive_strength": points.strength,
-    }
-    if len(statics.ties):
-        table = statics.ties
-        expected |= {
-            "tie_of_model": table.tie,
-            "tie_position": table.position,
-            "tie_capacity": table.capacity,
-            "tie_prestress": table.prestress,
-            "tie_bond": table.bond,
-            "tie_elongation_limit": table.elongation_limit,
-        }
-        for name, texts in (("tie", table.name), ("tie_governing", table.governing)):
-            if list(history[name].to_numpy()) != list(texts):
-                yield f"{name} of the history differs from the model"
-    if len(problem.torsion):
-        expected["torsion_lever"] = points.torsion_lever
-    for name, values in expected.items():
+    """Compare names, positions, frames and strengths of the history with the model."""
+    for name, (_, values, _) in coordinates(statics, problem).items():
         stored = history[name].to_numpy()
-        finite = np.abs(values[np.isfinite(values)])
-        same = stored.shape == values.shape
-        if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
+        if values.dtype.kind in "OU":
+            same = stored.tolist() == values.tolist()
+        else:
+            scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+            same = stored.shape == values.shape and np.allclose(stored, values, rtol=_SAME, atol=_SAME * scale)
+        if not same:
             yield f"{name} of the history differs from the model"
 
 
@@ -313,7 +280,7 @@ def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
     """Return whether values (n, ...) differ beyond rounding."""
     axes = tuple(range(1, stored.ndim))
     largest = np.abs(np.where(np.isfinite(expected), expected, 0.0)).max(axis=axes, initial=0.0, keepdims=True)
-    same = np.isclose(stored, expected, rtol=0, atol=_ROUNDING * largest, equal_nan=True)
+    same = np.isclose(stored, expected, rtol=0, atol=ACCURACY * largest, equal_nan=True)
     return np.asarray(~same.all(axis=axes))
 
 
@@ -334,4 +301,4 @@ def _motion(history: xr.Dataset, part: slice) -> Array:
 def _same(one: float, other: float, scale: float) -> bool:
     if np.isnan(one) or np.isnan(other):
         return bool(np.isnan(one) and np.isnan(other))
-    return abs(one - other) <= max(_ROUNDING * abs(other), 1e-2 * scale, 1e-9)
+    return abs(one - other) <= max(ACCURACY * abs(other), 1e-2 * scale, 1e-9)

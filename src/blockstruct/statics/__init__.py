@@ -15,7 +15,7 @@ from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
-from blockstruct.statics.uniform_friction import multiple_of_uniform_friction
+from blockstruct.statics.uniform_friction import multiple_of_uniform_friction, torsion_levers
 from blockstruct.statics.wrenches import AppliedLoads, applied_loads, magnitude, wrenches
 
 __all__ = [
@@ -35,5 +35,6 @@ __all__ = [
     "magnitude",
     "multiple_of_uniform_friction",
     "rotated",
+    "torsion_levers",
     "wrenches",
 ]

@@ -7,15 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry import is_rectangle, mean_distances, plane_axes, polygon_cells, tributary_areas
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Model
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-
-#: Distance, relative to the extent of an interface, up to which two cells coincide.
-_SAME_PLACE = 1e-9
 
 
 class Division(NamedTuple):
@@ -43,7 +40,7 @@ class Division(NamedTuple):
             i = model.interfaces[j]
             centres, _ = polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name, regular=True)
             stored = position[interface == j]
-            near = _SAME_PLACE * np.ptp(i.polygon, axis=0).max()
+            near = ROUNDING * np.ptp(i.polygon, axis=0).max()
             return stored.shape == centres.shape and bool(np.abs(stored - centres).max() <= near)
 
         return cls(cells, divided, bool(divided) and all(map(is_regular, divided)))

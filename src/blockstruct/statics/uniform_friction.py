@@ -27,6 +27,11 @@ _STEPS, _APART, _LONGEST, _SHARES = 8, 1e-3, 0.3, (1.0, 0.3, 0.1)
 _NONE = 1e-6
 
 
+def torsion_levers(interfaces: Sequence[Interface]) -> Array:
+    """Return :attr:`Interface.torsion_lever` of all interfaces (J,), m, computed together."""
+    return _Areas(interfaces).lever
+
+
 def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array) -> Array:
     """Return the shear and torque relative to the resisted ones, (J,).
 
@@ -86,14 +91,15 @@ class _Areas:
         self._starts = np.cumsum([0, *(len(i.polygon) for i in interfaces[:-1])])
         self._centroid, self._normal = (np.array([getattr(i, of) for i in interfaces]) for of in ("centroid", "normal"))
         self._axes = np.stack(plane_axes(self._normal), axis=1)
-        self._lever = np.array([i.torsion_lever for i in interfaces])
+        #: Mean distance of each area from its centroid, m.
+        self.lever = mean_distances(self._corners, self._starts, self._centroid, self._normal)
 
     def work(self, motion: Array) -> Array:
         """Return the mean sliding rate (J,) of each area.
 
         Motions (J, 3) are ``(w_s, w_t, r̄ ω)``.
         """
-        shift, turn = np.linalg.norm(motion[:, :2], axis=1), motion[:, 2] / self._lever
+        shift, turn = np.linalg.norm(motion[:, :2], axis=1), motion[:, 2] / self.lever
         turns = np.abs(motion[:, 2]) > _NONE * shift
         around = np.column_stack([-motion[:, 1], motion[:, 0]]) / np.where(turns, turn, 1.0)[:, None]
         centre = self._centroid + np.einsum("ja,jac->jc", np.where(turns[:, None], around, 0.0), self._axes)

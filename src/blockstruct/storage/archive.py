@@ -24,7 +24,7 @@ from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
-from blockstruct.storage.netcdf import member, plain
+from blockstruct.storage.netcdf import member, plain, read_numbers
 from blockstruct.storage.run_folder import SUFFIX
 from blockstruct.units import SI_UNITS
 
@@ -350,7 +350,7 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 "version": ", ".join(dict.fromkeys(made_by)),
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
                 **_reaction(case, place),
-                **(_curve(groups, file.curves[place]) if place in file.curves else {}),
+                **(_curve(groups, f"{place}/capacity") if "capacity" in file.parts[place] else {}),
                 **texts,
                 "curve_ended": _end(plain(case.attrs["curve_ended"])) if "curve_ended" in case.attrs else "",
                 "settled": bool(_scalar(case, place, "settled")),
@@ -427,10 +427,7 @@ def _scalar(case: h5py.Group, place: str, name: str) -> Any:
 
 
 def _values(group: h5py.Group, place: str, name: str) -> NDArray[Any]:
-    """Return the values of a dataset of a group; links to elsewhere are refused.
-
-    The lower interface of h5py is several times as fast for so few.
-    """
+    """Return the values of a dataset of a group; links to elsewhere are refused."""
     key = name.encode()
     if key not in group.id or group.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
         msg = f"{place}/{name}: {name!r} is missing, or a link to elsewhere"
@@ -439,10 +436,7 @@ def _values(group: h5py.Group, place: str, name: str) -> NDArray[Any]:
     if not isinstance(dataset, h5py.h5d.DatasetID) or dataset.dtype.kind not in "fiu" or np.prod(dataset.shape) > _MOST:
         msg = f"{place}/{name}: other than numbers, or too many of them"
         raise FormatError(msg)
-    values = np.empty(dataset.shape, dataset.dtype)
-    if values.size:
-        dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
-    return values
+    return read_numbers(dataset)
 
 
 def rows_where(table: pd.DataFrame, where: str) -> pd.DataFrame:

@@ -68,6 +68,8 @@ Blank = Callable[[Model, CaseResult], xr.Dataset]
 #: Ending of the folder of a run.
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
+#: Groups that only some cases have, and what finds where they contradict themselves or the model.
+PARTS = {"capacity": capacity_findings, "response": response_findings}
 #: The kind of file, for messages.
 ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
@@ -288,10 +290,7 @@ class AnalysisFile:
             self.attrs = _checked_root(file, path)
             self.major = major(self.attrs["format_version"])
             self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
-            self.curves, self.responses = (
-                {place: f"{place}/{part}" for place in self.cases.values() if _has(file, place, part)}
-                for part in ("capacity", "response")
-            )
+            self.parts = {p: [part for part in PARTS if _has(file, p, part)] for p in self.cases.values()}
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[h5py.File]:
@@ -526,27 +525,21 @@ def check_file(path: str | Path) -> dict[str, Any]:
     found = file.root_findings()
     model, wrong = file.group("/model", "model")
     found += wrong if model is None else index_findings("/model", model)
-    for place in file.cases.values():
-        has_curve, has_response = place in file.curves, place in file.responses
+    for place, parts in file.parts.items():
         case, wrong = file.group(place, "case")
         history, wrong_too = file.group(f"{place}/history", "history")
         found += [*wrong, *wrong_too]
         if case is not None and history is not None:
             load_factors = history["load_factor"].to_numpy()
-            found += case_findings(place, case, load_factors, has_curve=has_curve, has_response=has_response)
+            found += case_findings(place, case, load_factors, parts)
             found += bound_findings(place, case, history)
         if history is not None and model is not None:
             found += history_findings(f"{place}/history", history, model)
-        if has_curve:
-            curve, wrong = file.group(file.curves[place], "capacity")
+        for part in parts:
+            ds, wrong = file.group(f"{place}/{part}", part)
             found += wrong
-            if curve is not None and model is not None:
-                found += capacity_findings(file.curves[place], curve, model)
-        if has_response:
-            response, wrong = file.group(file.responses[place], "response")
-            found += wrong
-            if response is not None and model is not None:
-                found += response_findings(file.responses[place], response, model)
+            if ds is not None and model is not None:
+                found += PARTS[part](f"{place}/{part}", ds, model)
     if model is not None and not found:
         found += model_findings("/model", model, read_analysis(file).model)
     if found:
@@ -559,7 +552,7 @@ def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     found = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
     places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
-    places |= dict.fromkeys(file.curves.values(), "capacity") | dict.fromkeys(file.responses.values(), "response")
+    places |= {f"{place}/{part}": part for place, parts in file.parts.items() for part in parts}
     is_old = file.major < major(FORMAT_VERSION)
     if is_old:
         places |= {f"{place}/history": "history" for place in file.cases.values()}
@@ -590,16 +583,13 @@ def _damage_at(file: AnalysisFile, place: str) -> Iterator[None]:
 def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
     root, held = groups["/"].attrs, groups["/model"]
     found = list(index_findings("/model", held))
-    for place in file.cases.values():
-        if (curve := groups.get(f"{place}/capacity")) is not None:
-            found += capacity_findings(f"{place}/capacity", curve, held)
-        if (response := groups.get(f"{place}/response")) is not None:
-            found += response_findings(f"{place}/response", response, held)
+    for place, parts in file.parts.items():
+        for part in parts:
+            found += PARTS[part](f"{place}/{part}", groups[f"{place}/{part}"], held)
         if blank is None or int(groups[place]["n_iterations"]):
             history = groups.get(f"{place}/history")
             load_factors = file.load_factors(place) if history is None else history["load_factor"].to_numpy()
-            parts = {"has_curve": place in file.curves, "has_response": place in file.responses}
-            found += case_findings(place, groups[place], load_factors, **parts)
+            found += case_findings(place, groups[place], load_factors, parts)
     if found:
         raise violated(file.path, found)
     with _damage_at(file, "/model"):
@@ -640,8 +630,8 @@ def _result(
 
     def result(history: xr.Dataset | LazyHistory) -> CaseResult:
         versions = json.loads(file.attrs["versions"])
-        parts = (groups.get(f"{place}/{part}") for part in ("capacity", "response"))
-        return read_result(groups[place], history, model, patterns, versions, *parts)
+        parts = {part: groups.get(f"{place}/{part}") for part in PARTS}
+        return read_result(groups[place], history, model, patterns, versions, **parts)
 
     if f"{place}/history" in groups:
         return result(groups[f"{place}/history"])
@@ -708,28 +698,22 @@ def sealed_image(
     root = xr.Dataset({"schema": ((), "")}, attrs=attrs)
     found = _violations("/", root, "", ("model", "cases"))
     tree = {"/": xr.Dataset(attrs=attrs)}
-    for name, result in analysis.items():
-        place, curve, response = f"/cases/{group_name(name)}", result.capacity, result.response
-        case = case_dataset(result, analysis.versions)
+    for of_case, result in analysis.items():
+        place, case = f"/cases/{group_name(of_case)}", case_dataset(result, analysis.versions)
         tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
-        parts = {"history": True, "capacity": curve is not None, "response": response is not None}
-        found += _violations(place, case, "case", tuple(part for part, is_there in parts.items() if is_there))
-        if curve is not None:
-            tree[f"{place}/capacity"] = curve
-            found += _violations(f"{place}/capacity", curve, "capacity")
-            found += capacity_findings(f"{place}/capacity", curve, model)
-        if response is not None:
-            tree[f"{place}/response"] = response
-            found += _violations(f"{place}/response", response, "response")
-            found += response_findings(f"{place}/response", response, model)
+        parts = {name: ds for name in PARTS if (ds := getattr(result, name)) is not None}
+        found += _violations(place, case, "case", ("history", *parts))
+        for name, ds in parts.items():
+            tree[f"{place}/{name}"] = ds
+            found += _violations(f"{place}/{name}", ds, name)
+            found += PARTS[name](f"{place}/{name}", ds, model)
         if result.n_iterations or not is_plan:
             tree[f"{place}/history"] = history = result.history
             if wrong := _violations(f"{place}/history", history, "history"):
                 found += wrong
                 continue
             found += history_findings(f"{place}/history", history, model)
-            held = {"has_curve": parts["capacity"], "has_response": parts["response"]}
-            found += case_findings(place, case, history["load_factor"].to_numpy(), **held)
+            found += case_findings(place, case, history["load_factor"].to_numpy(), parts)
     if found:
         raise violated(path, found)
     content = netcdf_image(tree, image).content
@@ -760,12 +744,11 @@ def _descriptions(part: str) -> dict[str, str]:
 
 
 def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
-    """Return a Dataset whose variables have the descriptions of the schema as ``long_name``."""
-    described = ds.copy()
+    """Give the variables of a Dataset the descriptions of the schema as ``long_name``, and return it."""
     for name, description in _descriptions(part).items():
-        if name in described.variables:
-            described[name].attrs.setdefault("long_name", description)
-    return described
+        if name in ds.variables:
+            ds.variables[name].attrs.setdefault("long_name", description)
+    return ds
 
 
 def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:

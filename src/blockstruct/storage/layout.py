@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -86,7 +86,7 @@ _TEXTS = ("schedule", "of_case", "damage")
 #: Attribute of a case by its kind, and the members of the attribute.
 _OF_KIND: dict[type[Case], tuple[str, tuple[str, ...]]] = {
     Pushover: ("pushover", ("control", "control_point", "steps", "corner_rounding")),
-    SettlementCase: ("settlement", ("supports", "direction", "about")),
+    SettlementCase: ("settlement", ("supports", "direction", "about", "displacement", "steps")),
     RecordCase: ("record", ("direction", "interval", "time_step")),
 }
 #: Relative rounding of reactions and of sizes of the model.
@@ -238,73 +238,79 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
 
 def read_model(ds: xr.Dataset) -> Model:
     """Return the model of a Dataset, built by the same constructors and checks as any other."""
-    names = {dim: [str(name) for name in ds[dim].to_numpy()] for dim in ("material", "block", "interface")}
-    weights, sources = ds["unit_weight"].to_numpy(), _sources(ds, "material")
+    stored = _values(ds)
+    names = {dim: [str(name) for name in stored[dim]] for dim in ("material", "block", "interface")}
+    weights, sources = stored["unit_weight"], _sources(stored, "material")
     materials = [
         Material(name, to_quantity(value, "force/volume"), source=source)
         for name, value, source in zip(names["material"], weights, sources, strict=True)
     ]
-    joints = [_joint(ds, k) for k in range(ds.sizes["joint_material"])]
-    vertices = _parts(ds["vertex_position"].to_numpy(), ds["block_of_vertex"].to_numpy(), ds.sizes["block"])
-    first = np.searchsorted(ds["block_of_vertex"].to_numpy(), np.arange(ds.sizes["block"]))
-    corners = _parts(ds["vertex_of_face_corner"].to_numpy(), ds["face_of_face_corner"].to_numpy(), ds.sizes["face"])
+    joints = [_joint(stored, k) for k in range(ds.sizes["joint_material"])]
+    vertices = _parts(stored["vertex_position"], stored["block_of_vertex"], ds.sizes["block"])
+    first = np.searchsorted(stored["block_of_vertex"], np.arange(ds.sizes["block"]))
+    corners = _parts(stored["vertex_of_face_corner"], stored["face_of_face_corner"], ds.sizes["face"])
     faces: list[list[list[int]]] = [[] for _ in names["block"]]
-    for block, corner in zip(ds["block_of_face"].to_numpy(), corners, strict=True):
+    for block, corner in zip(stored["block_of_face"], corners, strict=True):
         faces[block].append((corner - first[block]).tolist())
-    held: list[bool | list[str]] = [bool(fixed) for fixed in ds["fixed"].to_numpy()]
-    if "held_motions" in ds:
-        held = [str(motions).split() for motions in ds["held_motions"].to_numpy()]
-    of_block = (ds["material_of_block"].to_numpy(), held)
+    held: list[bool | list[str]] = [bool(fixed) for fixed in stored["fixed"]]
+    if "held_motions" in stored:
+        held = [str(motions).split() for motions in stored["held_motions"]]
+    of_block = (stored["material_of_block"], held)
     blocks = [
         Block(name, polyhedron(v, f, name), materials[m], fixed)
         for name, v, f, m, fixed in zip(names["block"], vertices, faces, *of_block, strict=True)
     ]
-    owner = ds["interface_of_interface_corner"].to_numpy()
-    polygons = _parts(ds["interface_corner_position"].to_numpy(), owner, ds.sizes["interface"])
-    of_interface = (ds[name].to_numpy() for name in ("minus_block", "plus_block", "joint_material_of_interface"))
+    owner = stored["interface_of_interface_corner"]
+    polygons = _parts(stored["interface_corner_position"], owner, ds.sizes["interface"])
+    of_interface = (stored[name] for name in ("minus_block", "plus_block", "joint_material_of_interface"))
     interfaces = [
         Interface(name, blocks[minus].name, blocks[plus].name, to_quantity(polygon, "length"), joints[joint])
         for name, polygon, minus, plus, joint in zip(names["interface"], polygons, *of_interface, strict=True)
     ]
     ties = [_tie(ds.isel(tie=k)) for k in range(ds.sizes.get("tie", 0))]
-    return Model(ds.attrs["name"], blocks, interfaces, detection=_detection(ds, names), ties=ties)
+    return Model(ds.attrs["name"], blocks, interfaces, detection=_detection(stored, names), ties=ties)
 
 
 def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
     """Return the load patterns of a Dataset by name."""
-    names = [str(name) for name in ds["load_pattern"].to_numpy()]
+    stored = _values(ds)
+    names = [str(name) for name in stored["load_pattern"]]
     loads: list[list[Load]] = [[] for _ in names]
-    for k, pattern in enumerate(ds["pattern_of_load"].to_numpy()):
-        loads[pattern].append(_load(ds, k))
+    for k, pattern in enumerate(stored["pattern_of_load"]):
+        loads[pattern].append(_load(stored, k))
     return {name: LoadPattern(name, items) for name, items in zip(names, loads, strict=True)}
 
 
-def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
-    values = {name: float(ds[name].to_numpy()[k]) for name in JOINT_PROPERTIES}
+def _joint(stored: Mapping[str, Any], k: int) -> JointMaterial:
+    values = {name: float(stored[name][k]) for name in JOINT_PROPERTIES}
     # Files of the first version know the torsion of corners alone.
-    torsion = str(ds["torsion"].to_numpy()[k]) if "torsion" in ds else Torsion.CORNERS
-    name, source = str(ds["joint_material"].to_numpy()[k]), _sources(ds, "joint_material")[k]
+    torsion = str(stored["torsion"][k]) if "torsion" in stored else Torsion.CORNERS
+    name, source = str(stored["joint_material"][k]), _sources(stored, "joint_material")[k]
     return JointMaterial.from_si(name, values, torsion, source)
 
 
-def _sources(ds: xr.Dataset, dim: str) -> list[str]:
-    name = f"source_of_{dim}"
-    return [str(text) for text in ds[name].to_numpy()] if name in ds else [""] * ds.sizes[dim]
+def _values(ds: xr.Dataset) -> dict[str, Any]:
+    """Return the values of the variables of a Dataset by name; quicker than a DataArray of each."""
+    return {str(name): variable.to_numpy() for name, variable in ds.variables.items()}
 
 
-def _load(ds: xr.Dataset, k: int) -> Load:
-    kind = LOAD_KINDS[str(ds["kind_of_load"].to_numpy()[k])]
-    block = int(ds["block_of_load"].to_numpy()[k])
+def _sources(stored: Mapping[str, Any], dim: str) -> list[str]:
+    return [str(text) for text in stored.get(f"source_of_{dim}", [""] * len(stored[dim]))]
+
+
+def _load(stored: Mapping[str, Any], k: int) -> Load:
+    kind = LOAD_KINDS[str(stored["kind_of_load"][k])]
+    block = int(stored["block_of_load"][k])
     named: dict[str, Any] = {
-        "block": str(ds["block"].to_numpy()[block]) if block >= 0 else None,
-        "face": int(ds["face_of_load"].to_numpy()[k]),
+        "block": str(stored["block"][block]) if block >= 0 else None,
+        "face": int(stored["face_of_load"][k]),
     }
     arguments = {name: named[name] for name in kind.named}
     for name, dimension in {**kind.vectors, **kind.quantities}.items():
-        stored = ds[f"{name}_of_load"].to_numpy()[k] if f"{name}_of_load" in ds else np.nan
-        arguments[name] = None if name in kind.absent and np.isnan(stored).all() else to_quantity(stored, dimension)
+        value = stored[f"{name}_of_load"][k] if f"{name}_of_load" in stored else np.nan
+        arguments[name] = None if name in kind.absent and np.isnan(value).all() else to_quantity(value, dimension)
     for name, default in kind.plain.items():
-        arguments[name] = type(default)(ds[f"{name}_of_load"].to_numpy()[k])
+        arguments[name] = type(default)(stored[f"{name}_of_load"][k])
     return kind.type(**arguments)
 
 
@@ -350,16 +356,16 @@ def _floats(values: Any) -> np.ndarray:
     return np.array(list(values), dtype=float)
 
 
-def _detection(ds: xr.Dataset, names: Mapping[str, Sequence[str]]) -> DetectionReport | None:
-    """Return the detection report of a model's Dataset; None without one."""
-    if "gap_tolerance" not in ds:
+def _detection(stored: Mapping[str, Any], names: Mapping[str, Sequence[str]]) -> DetectionReport | None:
+    """Return the detection report of the values of a model; None without one."""
+    if "gap_tolerance" not in stored:
         return None
     block = names["block"]
     # Index −1, the last entry, stands for a contact without interface.
     interface = [*names["interface"], ""]
 
     def values(*columns: str) -> Any:
-        return zip(*(ds[name].to_numpy().tolist() for name in columns), strict=True)
+        return zip(*(stored[name].tolist() for name in columns), strict=True)
 
     pairs = {
         field: tuple(
@@ -371,14 +377,14 @@ def _detection(ds: xr.Dataset, names: Mapping[str, Sequence[str]]) -> DetectionR
     columns = ("minus", "plus", "interface", "reason", *_MEASURES, "orientation", "near_miss")
     faces = values(*(f"{name}_of_nonplanar_face" for name in ("block", "face", "deviation")))
     return DetectionReport(
-        DetectionTolerances(**{field: float(ds[name]) for field, (name, _) in _TOLERANCES.items()}),
+        DetectionTolerances(**{field: float(stored[name]) for field, (name, _) in _TOLERANCES.items()}),
         tuple(
             FoundContact(block[i], block[j], interface[k], reason, gap, angle, area, JointOrientation(lie), bool(near))
             for i, j, k, reason, gap, angle, area, lie, near in values(*(f"{name}_of_contact" for name in columns))
         ),
         nonplanar_faces=tuple((block[i], face, off) for i, face, off in faces),
-        floating=tuple(name for name, flag in zip(block, ds["floating"].to_numpy(), strict=True) if flag),
-        untouched=tuple(name for name, flag in zip(block, ds["untouched"].to_numpy(), strict=True) if flag),
+        floating=tuple(name for name, flag in zip(block, stored["floating"], strict=True) if flag),
+        untouched=tuple(name for name, flag in zip(block, stored["untouched"], strict=True) if flag),
         **pairs,
     )
 
@@ -563,19 +569,22 @@ def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
     motion = json.loads(attrs["settlement"])
-    about = None if motion["about"] is None else to_quantity(motion["about"], "length")
-    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], about=about, flow=flow)
+    # Files of earlier versions have no displacement.
+    more = {n: None if motion.get(n) is None else to_quantity(motion[n], "length") for n in ("about", "displacement")}
+    more |= {"flow": flow, **({"steps": motion["steps"]} if "steps" in motion else {})}
+    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], **more)
 
 
 def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
     """Find indices out of their range or order, and wrong labels."""
+    stored = _values(ds)
     for name, labels in _LABELS.items():
-        if name in ds.variables and tuple(ds[name].to_numpy()) != labels:
+        if name in stored and tuple(stored[name]) != labels:
             yield f"{path}/{name}", f"the labels are not {', '.join(labels)}"
     for name, (dim, least) in _INDICES.items():
-        if name not in ds.variables:
+        if name not in stored:
             continue
-        values = ds[name].to_numpy()
+        values = stored[name]
         if values.size and (values.min() < least or values.max() >= ds.sizes[dim]):
             yield f"{path}/{name}", f"an index is outside {least}..{ds.sizes[dim] - 1}"
         if name in _ASCENDING and np.any(np.diff(values) < 0):
@@ -622,14 +631,12 @@ def _detection_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Fin
             yield f"{path}/{name}", "there is a negative number"
 
 
-def case_findings(
-    path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool, has_response: bool
-) -> Iterator[Finding]:
+def case_findings(path: str, case: xr.Dataset, load_factors: Any, parts: Container[str]) -> Iterator[Finding]:
     """Find where a result contradicts its group, its curve, its response or the load factors of its history."""
-    if has_response and "record" not in case.attrs:
+    if "response" in parts and "record" not in case.attrs:
         yield path, "there is a response, but no attribute record: nothing tells what the ground did"
-    if has_curve and "pushover" not in case.attrs:
-        yield path, "there is a capacity curve, but no attribute pushover: nothing tells what was pushed how"
+    if "capacity" in parts and not {"pushover", "settlement"} & set(case.attrs):
+        yield path, "there is a capacity curve, but no attribute pushover or settlement: nothing tells what moves how"
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
         yield path, "the attribute name is not that of the group"
     if int(case["n_iterations"]) != len(load_factors):

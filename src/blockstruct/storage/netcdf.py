@@ -4,6 +4,7 @@ h5py alone writes and reads them: h5netcdf looks every dimension up by its name,
 square of the number of groups.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from typing import Any, NamedTuple
@@ -16,14 +17,15 @@ from blockstruct.errors import FormatError
 
 _TEXT = h5py.string_dtype()
 _TEXT_TYPE, _ONE = h5py.h5t.py_create(_TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
+_NUMBER_TYPE = h5py.h5t.py_create(np.dtype(np.int32))
 #: What netCDF calls the scale of a dimension without a coordinate; its length follows.
 _BARE = "This is a netCDF dimension but not a netCDF variable."
 #: Attribute of a group that names the coordinates which are not dimensions, as xarray reads and writes it.
 _COORDINATES = "coordinates"
 #: Attribute of a scale: the number of its dimension, which no other dimension of the file has.
 _DIMENSION = "_Netcdf4Dimid"
-_REFERENCES = ("DIMENSION_LIST", "REFERENCE_LIST")
-_OF_HDF5 = ("CLASS", "NAME", *_REFERENCES)
+#: Attributes of variables by which HDF5 knows scales.
+_OF_HDF5 = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
 _NUMBERS = count()
 #: Variables keep the order of their attributes, as netCDF-4 demands.
 _IN_ORDER = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -73,16 +75,15 @@ class Outline(NamedTuple):
     """
 
     lines: dict[str, Any]
-    variables: dict[str, tuple[h5py.Dataset, dict[str, Any]]]
+    variables: dict[str, tuple[h5py.h5d.DatasetID, dict[str, Any]]]
 
 
-def read_dataset(outline: Outline, values: Callable[[h5py.Dataset, str], Any] | None = None) -> xr.Dataset:
+def read_dataset(outline: Outline, values: Callable[[h5py.h5d.DatasetID, str], Any] | None = None) -> xr.Dataset:
     """Return the Dataset of a group whose outline is valid; its values are read, or as a function gives them."""
     variables = {}
     for name, variable in outline.lines["variables"].items():
         ds, attrs = outline.variables[name]
-        own = {key: value for key, value in attrs.items() if not key.startswith("_") and key not in _OF_HDF5}
-        variables[name] = (tuple(variable["dims"]), values(ds, name) if values else read_values(ds), own)
+        variables[name] = (tuple(variable["dims"]), values(ds, name) if values else _read(ds, variable["kind"]), attrs)
     attrs = dict(outline.lines["attrs"])
     coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims, _, _ in variables.values() for d in dims)}
     coords = {name: variables.pop(name) for name in [n for n in variables if n in coordinates]}
@@ -94,10 +95,22 @@ def read_values(ds: h5py.Dataset, key: Any = ()) -> Any:
     return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
 
 
+def read_numbers(item: h5py.h5d.DatasetID) -> np.ndarray:
+    """Return all values of a variable of numbers; several times as fast as the higher interface of h5py."""
+    values = np.empty(item.shape, item.dtype)
+    if values.size:
+        item.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return values
+
+
+def _read(item: h5py.h5d.DatasetID, kind: str) -> Any:
+    return read_values(h5py.Dataset(item)) if kind == "text" else read_numbers(item)
+
+
 def begins_anew(group: h5py.Group, other: h5py.Dataset) -> bool:
     """Return whether the number of a dimension is one of as many dimensions as a group has, from 0."""
     number = other.attrs.get(_DIMENSION)
-    members = (h5py.h5o.open(group.id, name.encode()) for name in group)
+    members = (h5py.h5o.open(group.id, name) for name in group.id)
     return number is not None and int(number) < sum(
         isinstance(m, h5py.h5d.DatasetID) and h5py.h5ds.is_scale(m) for m in members
     )
@@ -147,60 +160,90 @@ def outline(group: h5py.Group) -> Outline:
     if len(group) > _MEMBERS:
         msg = f"{len(group)} members are absurd, more than {_MEMBERS}"
         raise FormatError(msg)
-    links = [name for name in group if not isinstance(group.get(name, getlink=True), h5py.HardLink)]
-    members = {name: group[name] for name in group if name not in links}
+    file, lines, members = group.id, dict[str, Any](), dict[str, Any]()
+    for key in file:
+        name = key.decode()
+        if file.links.get_info(key).type == h5py.h5l.TYPE_HARD:
+            members[name] = h5py.h5o.open(file, key)
+        else:
+            lines[name] = {"kind": "link"}
     names = {_address(item): name for name, item in members.items()}
-    lines: dict[str, Any] = {name: {"kind": "link"} for name in links}
-    variables: dict[str, tuple[h5py.Dataset, dict[str, Any]]] = {}
+    variables: dict[str, tuple[h5py.h5d.DatasetID, dict[str, Any]]] = {}
     left = size = int(group.file.id.get_filesize())
     for name, item in members.items():
-        if not isinstance(item, h5py.Dataset):
-            continue
-        attrs = {key: plain(item.attrs[key]) for key in item.attrs if key not in _REFERENCES}
-        # The scale of a dimension without a coordinate holds nothing.
-        if _BARE not in str(attrs.get("NAME", "")):
-            left -= _bytes_of(item, left, size)
-            lines[name], variables[name] = _line(item, attrs, names, is_absurd=left < 0), (item, attrs)
+        if isinstance(item, h5py.h5d.DatasetID) and not _is_bare(item):
+            attrs, dtype = _attributes(item), item.dtype
+            n_bytes = math.prod(item.shape) * int(dtype.itemsize)
+            is_text = h5py.check_string_dtype(dtype) is not None
+            left -= n_bytes + (_bytes_of_texts(item, left - n_bytes, size) if is_text else 0)
+            kind = _fault(item, n_bytes, is_absurd=left < 0) or ("text" if is_text else dtype.kind)
+            # Units are compared as they stand: a text from a file is never given to a parser.
+            units = {"units": str(attrs["units"])} if "units" in attrs else {}
+            lines[name], variables[name] = {"dims": _dimensions(item, names), "kind": kind, **units}, (item, attrs)
     found = {
-        "attrs": {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")},
+        "attrs": _attributes(file),
         "variables": lines,
-        "groups": {name: {} for name, item in members.items() if not isinstance(item, h5py.Dataset)},
+        "groups": {name: {} for name, item in members.items() if not isinstance(item, h5py.h5d.DatasetID)},
     }
     return Outline(found, variables)
 
 
-def _line(ds: h5py.Dataset, attrs: Mapping[str, Any], names: Mapping[int, str], *, is_absurd: bool) -> dict[str, Any]:
-    kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
-    if ds.is_virtual or ds.external:
-        kind = "stored in another file"
-    elif is_absurd:
-        kind = f"of an absurd size, {ds.shape}"
-    elif ds.id.get_storage_size() < ds.nbytes:
-        # h5py would read missing values as the fill value.
-        kind = "not stored whole"
-    # Units are compared as they stand: a text from a file is never given to a parser.
-    units = {"units": str(attrs["units"])} if "units" in attrs else {}
-    return {"dims": _dimensions(ds, names), "kind": kind, **units}
+def _is_bare(item: h5py.h5d.DatasetID) -> bool:
+    """Return whether a variable is the scale of a dimension without a coordinate, which holds nothing."""
+    return h5py.h5ds.is_scale(item) and _BARE.encode() in h5py.h5ds.get_scale_name(item)
 
 
-def _dimensions(ds: h5py.Dataset, names: Mapping[int, str]) -> list[str]:
-    """Return the names of the scales of a dataset in its own group, which are found by their address."""
-    if ds.ndim == 1 and ds.is_scale:
-        return [names[_address(ds)]]
+def _attributes(item: h5py.h5d.DatasetID | h5py.h5g.GroupID) -> dict[str, Any]:
+    """Return the attributes of a variable or a group that are not HDF5's or netCDF's own."""
+    names: list[bytes] = []
+    h5py.h5a.iterate(item, names.append)
+    attrs = {}
+    for key in names:
+        name = key.decode()
+        if name.startswith("_") or name in _OF_HDF5:
+            continue
+        attribute = h5py.h5a.open(item, key)
+        if attribute.shape == () and attribute.get_type() == _TEXT_TYPE:
+            text = np.empty((), _TEXT)
+            attribute.read(text)
+            attrs[name] = plain(text.item())
+        else:
+            holder = h5py.Dataset if isinstance(item, h5py.h5d.DatasetID) else h5py.Group
+            attrs[name] = plain(holder(item).attrs[name])
+    return attrs
+
+
+def _fault(item: h5py.h5d.DatasetID, n_bytes: int, *, is_absurd: bool) -> str:
+    """Return why the values of a variable are not read; empty if they are stored whole in this file."""
+    stored_by = item.get_create_plist()
+    if stored_by.get_layout() == h5py.h5d.VIRTUAL or stored_by.get_external_count():
+        return "stored in another file"
+    if is_absurd:
+        return f"of an absurd size, {item.shape}"
+    # h5py would read missing values as the fill value.
+    return "not stored whole" if item.get_storage_size() < n_bytes else ""
+
+
+def _dimensions(item: h5py.h5d.DatasetID, names: Mapping[int, str]) -> list[str]:
+    """Return the names of the scales of a variable in its own group, which are found by their address."""
+    if item.rank == 1 and h5py.h5ds.is_scale(item):
+        return [names[_address(item)]]
     found = []
-    for k, size in enumerate(ds.shape):
-        scale = ds.dims[k][0] if h5py.h5ds.get_num_scales(ds.id, k) else None
-        fits = scale is not None and scale.shape == (size,)
-        found.append(names.get(_address(scale), "?") if fits else "?")
+    for k, size in enumerate(item.shape):
+        scales: list[h5py.h5d.DatasetID] = []
+        if h5py.h5ds.get_num_scales(item, k):
+            h5py.h5ds.iterate(item, k, scales.append)
+        fits = bool(scales) and scales[0].shape == (size,)
+        found.append(names.get(_address(scales[0]), "?") if fits else "?")
     return found
 
 
-def _bytes_of(ds: h5py.Dataset, most: int, file_size: int) -> int:
-    """Return the bytes of a dataset, its texts included; counted until they are more than the given number."""
-    found = int(ds.nbytes)
-    if found <= most and ds.ndim == 1 and h5py.check_string_dtype(ds.dtype):
+def _bytes_of_texts(item: h5py.h5d.DatasetID, most: int, file_size: int) -> int:
+    """Return the bytes of the texts of a list; counted until they are more than the given number."""
+    found = 0
+    if most >= 0 and item.rank == 1:
         # Many elements can point to one long text.
-        step = max(1, _CHUNK // file_size)
+        step, ds = max(1, _CHUNK // file_size), h5py.Dataset(item)
         for start in range(0, len(ds), step):
             found += sum(map(len, ds[start : start + step]))
             if found > most:
@@ -209,7 +252,7 @@ def _bytes_of(ds: h5py.Dataset, most: int, file_size: int) -> int:
 
 
 def _address(item: Any) -> int:
-    return int(h5py.h5o.get_info(item.id).addr)
+    return int(h5py.h5o.get_info(item).addr)
 
 
 def _created(file: h5py.File, path: str) -> h5py.Group:
@@ -224,28 +267,28 @@ def _created(file: h5py.File, path: str) -> h5py.Group:
 
 
 def _write(group: h5py.Group, ds: xr.Dataset, numbers: Iterator[int]) -> None:
-    """Write a Dataset, whose dimensions take the next numbers of the file."""
-    scales = {}
+    """Write a Dataset, whose dimensions take the next numbers of the file.
+
+    By the lower interface of h5py, because a small file is mostly headers and attributes, at which the other is slow.
+    """
+    scales, place = {}, group.id
     for dim, size in ds.sizes.items():
         name = str(dim)
-        scales[name] = scale = _stored(group, name, ds.variables[dim].values if dim in ds.variables else None, size)
-        scale.make_scale(name if dim in ds.variables else f"{_BARE}{size:10d}")
-        scale.attrs[_DIMENSION] = np.int32(next(numbers))
+        scales[name] = scale = _stored(place, name, ds.variables[dim].values if dim in ds.variables else None, size)
+        h5py.h5ds.set_scale(scale, (name if dim in ds.variables else f"{_BARE}{size:10d}").encode())
+        h5py.h5a.create(scale, _DIMENSION.encode(), _NUMBER_TYPE, _ONE).write(np.array(next(numbers), np.int32))
     for key, variable in ds.variables.items():
         item = scales.get(str(key))
         if item is None:
-            item = _stored(group, str(key), variable.values)
+            item = _stored(place, str(key), variable.values)
             for k, dim in enumerate(variable.dims):
-                h5py.h5ds.attach_scale(item.id, scales[str(dim)].id, k)
+                h5py.h5ds.attach_scale(item, scales[str(dim)], k)
         _describe(item, variable.attrs)
-    _describe(group, ds.attrs)
     others = [str(name) for name in ds.coords if name not in ds.sizes]
-    if others:
-        _describe(group, {_COORDINATES: " ".join(others)})
+    _describe(place, ds.attrs | ({_COORDINATES: " ".join(others)} if others else {}))
 
 
-def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Dataset:
-    # The lower interface, because group.create_dataset is slow.
+def _stored(place: h5py.h5g.GroupID, name: str, values: Any, size: int = 0) -> h5py.h5d.DatasetID:
     if values is None:
         kind, shape = h5py.h5t.IEEE_F32BE, (size,)
     elif values.dtype.kind in "OU":
@@ -254,16 +297,16 @@ def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Da
     else:
         kind, shape = h5py.h5t.py_create(values.dtype), values.shape
     space = h5py.h5s.create_simple(shape) if shape else _ONE
-    item = h5py.h5d.create(group.id, name.encode(), kind, space, dcpl=_IN_ORDER)
+    item = h5py.h5d.create(place, name.encode(), kind, space, dcpl=_IN_ORDER)
     if values is not None and values.size:
         item.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
-    return h5py.Dataset(item)
+    return item
 
 
 def _describe(item: Any, attrs: Mapping[Any, Any]) -> None:
     for name, value in attrs.items():
-        if isinstance(value, str):
-            # The lower interface, because item.attrs is slow and a small file is mostly attributes.
-            h5py.h5a.create(item.id, str(name).encode(), _TEXT_TYPE, _ONE).write(np.array(value, dtype=_TEXT))
-        else:
-            item.attrs[str(name)] = value
+        is_text = isinstance(value, str)
+        values = np.array(value, dtype=_TEXT if is_text else None)
+        kind = _TEXT_TYPE if is_text else h5py.h5t.py_create(values.dtype)
+        space = h5py.h5s.create_simple(values.shape) if values.shape else _ONE
+        h5py.h5a.create(item, str(name).encode(), kind, space).write(values)

@@ -14,13 +14,11 @@ import platform
 import re
 import stat
 import sys
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
-from io import BytesIO
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType
 from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
@@ -70,9 +68,6 @@ _LINE = re.compile(rb"(blockstruct record ([a-z]{1,20}) ([0-9]{1,15}) )([0-9a-f]
 _LONGEST_LINE = 128
 #: Largest list of the files that a run may replace, bytes; each run adds about 60.
 _LONGEST_TARGET = 1_000_000
-#: Errors of reading damaged bytes.
-_DAMAGED = (ArithmeticError, EOFError, KeyError, MemoryError, OSError, RecursionError, TypeError, zipfile.BadZipFile)
-_OUTLINE = "outline of the dataset"
 
 
 def place_of(path: str | Path) -> Path:
@@ -231,9 +226,7 @@ class WriterLock:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.release()
 
 
@@ -520,46 +513,51 @@ class Journal:
         return hashlib.sha256(self._digest.encode() + head + content).hexdigest()
 
 
-def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
-    """Return arrays as bytes in the format of NumPy, which is quick and holds no code."""
-    stream = BytesIO()
-    np.savez(stream, **{name: a.astype("U") if a.dtype.kind == "O" else a for name, a in arrays.items()})  # type: ignore[arg-type]
-    return stream.getvalue()
+def _packed(arrays: Mapping[str, np.ndarray], more: Mapping[str, Any] = MappingProxyType({})) -> bytes:
+    """Return arrays as bytes: a line of JSON with names, types, shapes and anything more, and the values."""
+    plain = {name: a.astype("U") if a.dtype.kind == "O" else a for name, a in arrays.items()}
+    head = {"arrays": [(name, a.dtype.str, a.shape) for name, a in plain.items()], **more}
+    return b"".join([json.dumps(head).encode(), b"\n", *(a.tobytes() for a in plain.values())])
 
 
-def _unpacked(content: bytes) -> dict[str, np.ndarray]:
-    """Return the arrays of a record, texts as objects; raise ValueError for other bytes."""
+def _unpacked(content: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return the arrays of a record, texts as objects, and its line of JSON; raise ValueError for other bytes."""
+    line, _, values = content.partition(b"\n")
+    arrays, start = dict[str, np.ndarray](), 0
     try:
-        with np.load(BytesIO(content), allow_pickle=False) as stored:
-            if any(item.compress_type != zipfile.ZIP_STORED for item in stored.zip.infolist()):
-                msg = "it is compressed"
+        head = dict(json.loads(line))
+        for name, code, shape in head["arrays"]:
+            dtype = np.dtype(str(code))
+            if dtype.kind not in "biufU":
+                msg = f"{name!r} is of type {dtype}"
                 raise ValueError(msg)
-            arrays = {name: stored[name] for name in stored.files}
-    except _DAMAGED as error:
+            array = np.ndarray(tuple(shape), dtype, values, start).copy()
+            arrays[str(name)] = array.astype(object) if dtype.kind == "U" and array.size else array
+            start += array.nbytes
+    except (*DAMAGE, MemoryError) as error:
         msg = f"it is not a record of arrays: {error}"
         raise ValueError(msg) from error
-    return {name: a.astype(object) if a.dtype.kind == "U" and a.size else a for name, a in arrays.items()}
+    return arrays, head
 
 
 def _packed_dataset(ds: xr.Dataset) -> bytes:
     variables = {str(name): v for name, v in ds.variables.items()}
     outline = {
-        "variables": {name: [[str(d) for d in v.dims], v.attrs] for name, v in variables.items()},
-        "coords": [str(name) for name in ds.coords],
+        "variables": {name: (v.dims, v.attrs) for name, v in variables.items()},
+        "coords": list(ds.coords),
         "attrs": ds.attrs,
     }
-    return _packed({**{name: v.to_numpy() for name, v in variables.items()}, _OUTLINE: np.array(json.dumps(outline))})
+    return _packed({name: v.to_numpy() for name, v in variables.items()}, outline)
 
 
 def _unpacked_dataset(content: bytes) -> xr.Dataset:
     """Return the Dataset of a record; raise ValueError for other bytes."""
-    arrays = _unpacked(content)
+    arrays, head = _unpacked(content)
     try:
-        outline = json.loads(str(arrays[_OUTLINE]))
-        variables = {name: (tuple(dims), arrays[name], attrs) for name, (dims, attrs) in outline["variables"].items()}
-        coords = {name: variables.pop(name) for name in outline["coords"]}
-        return xr.Dataset(variables, coords, outline["attrs"])
-    except (*_DAMAGED, AttributeError) as error:
+        variables = {name: (tuple(dims), arrays[name], attrs) for name, (dims, attrs) in head["variables"].items()}
+        coords = {name: variables.pop(name) for name in head["coords"]}
+        return xr.Dataset(variables, coords, head["attrs"])
+    except (*DAMAGE, AttributeError) as error:
         msg = f"it is not a record of a history: {error}"
         raise ValueError(msg) from error
 
@@ -605,8 +603,8 @@ class Checkpoint:
             _refuse_killed(place)
             folder = folder_of(place)
             clear(folder)
-            replaced = _present(place)
-            _put(folder / "target", _target(replaced))
+            if replaced := _present(place):
+                _put(folder / "target", _target(replaced))
             part = ModelImage.of(planned, folder / "plan")
             image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
             _put(folder / "plan", image, seal)
@@ -659,11 +657,12 @@ class Checkpoint:
             lock.release()
             raise
 
-    def start(self, case: str, history: xr.Dataset, versions: Mapping[str, str]) -> None:
-        """Commit the history of a case without iterations, and the versions that make them."""
+    def start(self, case: str, versions: Mapping[str, str]) -> None:
+        """Commit the history of a case without its iterations, and the versions that make them."""
         # Both are on the disk with the first iteration.
         if not self._journals[case].is_begun:
-            self._append(case, "case", _packed_dataset(history), wait=False)
+            blank = self.planned[case].history.isel(iteration=slice(0))
+            self._append(case, "case", _packed_dataset(blank), wait=False)
         if versions != self._versions[case]:
             self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode(), wait=False)
             self._versions[case] = versions
@@ -705,9 +704,7 @@ class Checkpoint:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._lock.release()
 
     def _announce(self, draft: Stamp) -> None:
@@ -764,7 +761,7 @@ class Checkpoint:
                 case=planned.case,
                 settings=settings,
                 history=history,
-                capacity=capacity_of(planned.model, steps) if steps and not responds else None,
+                capacity=capacity_of(planned.model, planned.case, steps) if steps and not responds else None,
                 curve_outcome=CurveOutcome.read(ending.pop("curve_ended", "")),
                 response=response_of(planned.model, steps) if responds and steps else None,
                 schedule=planned.schedule,
@@ -798,9 +795,9 @@ class _Records:
             case "versions" if is_open:
                 self.versions[len(self.iterations) + len(self.steps)] = json.loads(record.content)
             case "iteration" if self.blank is not None and is_open and not self.steps:
-                self.iterations.append(_checked(_unpacked(record.content), self.blank, len(self.iterations)))
+                self.iterations.append(_checked(_unpacked(record.content)[0], self.blank, len(self.iterations)))
             case "step" if is_open:
-                self.steps.append(_unpacked(record.content))
+                self.steps.append(_unpacked(record.content)[0])
             case "end" if is_open:
                 self.ending = json.loads(record.content)
             case _:
@@ -830,15 +827,13 @@ def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int)
 
 def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
     """Return the history of the iterations of a case."""
-
-    def variable(name: Any) -> xr.Variable:
-        old = blank.variables[name]
-        if "iteration" not in old.dims:
-            return old
-        return xr.Variable(old.dims, np.concatenate([piece[str(name)] for piece in pieces]), old.attrs)
-
-    data, coords = ({str(n): variable(n) for n in names} for names in (blank.data_vars, blank.coords))
-    return xr.Dataset(data, coords=coords, attrs=blank.attrs)
+    joined = {
+        str(name): (v.dims, np.concatenate([piece[str(name)] for piece in pieces]), v.attrs)
+        for name, v in blank.variables.items()
+        if "iteration" in v.dims
+    }
+    coords = {name: joined.pop(name) for name in [name for name in joined if name in blank.coords]}
+    return blank.drop_dims("iteration").assign(joined).assign_coords(coords)
 
 
 def _put(path: Path, *parts: bytes | memoryview) -> None:
@@ -860,11 +855,7 @@ def _target(replaced: Sequence[Stamp]) -> bytes:
 def _aimed(path: Path) -> list[Stamp]:
     """Return the stamps of files that a run may replace; none if they cannot be read."""
     try:
-        return [
-            Stamp(*map(int, stamp))
-            for stamp in json.loads(read_file(path, "a record of the files a run replaces", _LONGEST_TARGET))[
-                "replaces"
-            ]
-        ]
+        target = json.loads(read_file(path, "a record of the files a run replaces", _LONGEST_TARGET))
+        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]]
     except (*DAMAGE, OSError):
         return []

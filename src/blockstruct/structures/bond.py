@@ -1,4 +1,4 @@
-"""Bonds: positions of the joints of a course."""
+"""Bonds and the panels of a wall: positions of the joints of a course, and cuts at rings and slopes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,16 +10,71 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.geometry.tolerances import GRID
-from blockstruct.structures.cut import cut
-from blockstruct.structures.openings import AnyOpening, Opening
+from blockstruct.geometry.tolerances import GRID, ROUNDING
+from blockstruct.structures.openings import QUARTER, AnyOpening, Opening
 from blockstruct.structures.rubble import RubbleJoints
 
 Array = NDArray[np.float64]
-Interval = tuple[float, float]
 
-#: Shortest piece at the end of a course, as a fraction of the unit.
-SHORTEST = 0.25
+
+def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
+    """Return the outlines (k, 2) of the pieces between vertical joints of a region, in the order of their centroids.
+
+    A joint is dropped if a piece next to it would be smaller than the ``smallest`` area or not connected. A separate
+    part of the region stays a piece even if it is smaller.
+
+    Raises
+    ------
+    ModelError
+        If a hole of the region lies within one piece.
+    """
+    outlines = []
+    for part in shapely.get_parts(region):
+        if part.area <= ROUNDING * smallest:
+            continue
+        low, foot, high, top = part.bounds
+        lines = [low, *sorted(x for x in joints if low + ROUNDING < x < high - ROUNDING), high]
+        while True:
+            pieces = [shapely.intersection(part, shapely.box(a, foot, b, top)) for a, b in pairwise(lines)]
+            bad = [k for k, piece in enumerate(pieces) if piece.area < smallest or not _is_whole(piece)]
+            if not bad or len(lines) == 2:
+                break
+            k = bad[0]
+            neighbours = [(pieces[j].area, line) for j, line in ((k - 1, k), (k + 1, k + 1)) if 0 <= j < len(pieces)]
+            del lines[min(neighbours)[1]]
+        if not all(map(_is_whole, pieces)):
+            msg = (
+                f"wall: between {low:.6g} and {high:.6g} m along the wall a ring of voussoirs lies within one unit of "
+                f"the course from {foot:.6g} to {top:.6g} m; give lower courses, or a larger opening"
+            )
+            raise ModelError(msg)
+        outlines += pieces
+    outlines.sort(key=lambda piece: piece.centroid.x)
+    return [clean(shapely.get_coordinates(piece)[:-1]) for piece in outlines]
+
+
+def clean(outline: Array) -> Array:
+    """Return the outline without repeated corners and without corners on a line with their neighbours."""
+    size = float(np.ptp(outline, axis=0).max())
+    kept = list(outline)
+    k = 0
+    while len(kept) > 3 and k < len(kept):
+        before, here, after = kept[k - 1], kept[k], kept[(k + 1) % len(kept)]
+        base = after - before
+        off = (here - before)[0] * base[1] - (here - before)[1] * base[0]
+        if np.linalg.norm(here - before) < ROUNDING * size or abs(off) < ROUNDING * size * np.linalg.norm(base):
+            del kept[k]
+            k = max(k - 1, 0)
+        else:
+            k += 1
+    return np.array(kept)
+
+
+def _is_whole(piece: Any) -> bool:
+    return piece.geom_type == "Polygon" and not len(piece.interiors)
+
+
+Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,100 +92,20 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class Bond:
-    """Sizes of a wall in running bond or of rubble, m."""
+    """Sizes of a wall in running bond or of rubble, m: the grid of its units."""
 
     unit_length: float
     course_height: float
     depth: float
-    leaves: int
-    header_every: int | None
+    leaves: int = 1
+    header_every: int | None = None
 
-    def course(
-        self,
-        number: int,
-        parts: Sequence[Interval],
-        origin: float,
-        shifted: bool,
-        openings: Sequence[AnyOpening],
-        *,
-        rubble: RubbleJoints | None = None,
-        gaps: Sequence[Interval] = (),
-        within: Any = None,
-        top: float | None = None,
-    ) -> Iterator[Unit]:
-        """Yield the units of one course, named ``number.k``.
+    @property
+    def smallest(self) -> float:
+        """Area of the smallest piece that a cut may leave, m²."""
+        return QUARTER * self.unit_length * self.course_height
 
-        Parameters
-        ----------
-        number
-            Number of the course, from one.
-        parts
-            Parts of the course along u, before openings are subtracted.
-        origin
-            Start of a whole unit in courses that are not shifted.
-        shifted
-            Whether this course is shifted by half a unit.
-        openings
-            All openings of the wall.
-        rubble
-            Joints of rubble, instead of the regular joints.
-        gaps
-            Extents of other walls that cross this wall, in this course or the next.
-        within
-            Polygon of the wall, along and up the wall, if it is not a rectangle.
-        top
-            Upper side of the course, if its height differs from the other courses.
-        """
-        half = self.unit_length / 2
-        plain = [o for o in openings if isinstance(o, Opening)]
-        cut_by = [o.courses(self.course_height) for o in plain]
-        voids = [(o.start, o.end) for o, (low, high) in zip(plain, cut_by, strict=True) if low < number <= high]
-        lintels = {
-            at: [
-                (o.start - bearing, o.end + bearing)
-                for o, (_, high) in zip(plain, cut_by, strict=True)
-                if high == at - 1
-                and (bearing := half if o.bearing is None else float(o.bearing)) > 0
-                and o.rise is None
-            ]
-            for at in (number - 1, number, number + 1)
-        }
-        solid = without(parts, voids)
-        spans = [(max(a, p), min(b, q)) for p, q in solid for a, b in lintels[number] if min(b, q) > max(a, p)]
-        rest = without(solid, spans)
-        foot, head = (number - 1) * self.course_height, top or number * self.course_height
-        shapes = [o.outline(self.course_height) for o in openings if o.voussoirs is not None]
-        shapes = [shape for shape in shapes if shape.bounds[1] < head and shape.bounds[3] > foot]
-        self._check_bearings(number, spans)
-        for a, b in spans:
-            self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)
-        if rubble is not None:
-            known = [x for ends in (*gaps, *lintels[number - 1], *lintels[number + 1]) for x in ends]
-        # The grid closes slits and necks of rounding between rings that touch.
-        grid = float(np.exp2(np.floor(np.log2(GRID * self.course_height))))
-        for layer, v, length, shift in self._layers(number, shifted):
-            units: list[tuple[Interval, Array | None]] = []
-            for part in rest:
-                if rubble is None:
-                    joints = self._joints(part, length, origin + shift)
-                else:
-                    joints = rubble.joints(number, layer, part, known)
-                region = shapely.box(part[0], foot, part[1], head)
-                remaining = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
-                remaining = remaining if within is None else shapely.intersection(remaining, within, grid_size=grid)
-                if top is None and region.area - remaining.area <= 1e-9 * region.area:
-                    lines = [part[0], *(joints if rubble else self._apart(part, joints)), part[1]]
-                    units += [(u, None) for u in pairwise(lines)]
-                else:
-                    smallest = SHORTEST * self.unit_length * self.course_height * (1 - 1e-9)
-                    outlines = cut(remaining, joints, smallest)
-                    units += [((float(o[:, 0].min()), float(o[:, 0].max())), o) for o in outlines]
-            for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
-                yield Unit(f"{number}.{k}{layer}", u, v, outline)
-        for k, u in enumerate(spans, start=1):
-            yield Unit(f"{number}.lintel{k}", u, (0.0, self.depth))
-
-    def _layers(self, number: int, shifted: bool) -> list[tuple[str, Interval, float, float]]:
+    def layers(self, number: int, shifted: bool) -> list[tuple[str, Interval, float, float]]:
         """Return name, extent through the wall, unit length and shift of the joints for each leaf, or for headers."""
         half, thin = self.unit_length / 2, self.depth / self.leaves
         if self.header_every and number % self.header_every == 0:
@@ -145,30 +120,131 @@ class Bond:
             for leaf in range(self.leaves)
         ]
 
-    def _joints(self, part: Interval, length: float, origin: float) -> list[float]:
-        """Return the joints ``origin + k length`` within a part of a course."""
-        first, last = np.ceil((part[0] - origin) / length), np.floor((part[1] - origin) / length)
-        joints: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
-        return joints
-
-    def _apart(self, part: Interval, joints: Sequence[float]) -> list[float]:
+    def apart(self, part: Interval, joints: Sequence[float]) -> list[float]:
         """Return the joints that leave no short piece at an end of a part."""
-        shortest = SHORTEST * self.unit_length * (1 - 1e-9)
+        shortest = QUARTER * self.unit_length * (1 - ROUNDING)
         return [x for x in joints if part[0] + shortest <= x <= part[1] - shortest]
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """A straight part of a wall on the grid of its bond: the wall itself, a sidewall or a buttress.
+
+    Attributes
+    ----------
+    name
+        Start of the names of its units.
+    bond
+        Sizes of the units.
+    axes : (3, 3) array
+        Direction along the panel (u), direction through it (v), and its origin, m.
+    heads
+        Upper side of each course, m.
+    extent
+        Start and end along u.
+    openings
+        All openings of the panel.
+    crossings
+        Start and end of each panel that extends through this one in every second course, and the last such course.
+    back
+        Length by which every second course of this panel extends beyond its start.
+    origin
+        Start of a whole unit in courses that are not shifted.
+    shifts_odd
+        Whether courses of odd numbers are shifted by half a unit. Otherwise those of even numbers are.
+    within
+        Polygon of the panel along and up, if it is not a rectangle.
+    rubble
+        Joints of rubble, instead of the regular joints.
+    """
+
+    name: str
+    bond: Bond
+    axes: Array
+    heads: Sequence[float]
+    extent: Interval
+    openings: Sequence[AnyOpening] = ()
+    crossings: Sequence[tuple[float, float, int]] = ()
+    back: float = 0.0
+    origin: float = 0.0
+    shifts_odd: bool = False
+    within: Any = None
+    rubble: RubbleJoints | None = None
+
+    def units(self, number: int) -> Iterator[Unit]:
+        """Yield the units of one course, named ``number.k``. Courses are numbered from one."""
+        bond, is_odd = self.bond, number % 2 == 1
+        spans = [span for part in self._parts(number) for span in _common(part, self._lintels(number))]
+        rest = without(self._parts(number), spans)
+        foot, head = (number - 1) * bond.course_height, self.heads[number - 1]
+        shapes = [o.outline(bond.course_height) for o in self.openings if o.voussoirs is not None]
+        shapes = [shape for shape in shapes if shape.bounds[1] < head and shape.bounds[3] > foot]
+        self._check_bearings(number, spans)
+        for a, b in spans:
+            self._check_lintel(number, shapely.box(a, foot, b, head), shapes)
+        # The grid closes slits and necks of rounding between rings that touch.
+        grid = float(np.exp2(np.floor(np.log2(GRID * bond.course_height))))
+        for layer, v, length, shift in bond.layers(number, is_odd == self.shifts_odd):
+            units: list[tuple[Interval, Array | None]] = []
+            for part in rest:
+                joints = self._joints(number, layer, part, length, shift)
+                region = shapely.box(part[0], foot, part[1], head)
+                remaining = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
+                if self.within is not None:
+                    remaining = shapely.intersection(remaining, self.within, grid_size=grid)
+                if region.area - remaining.area <= ROUNDING * region.area:
+                    lines = [part[0], *(joints if self.rubble else bond.apart(part, joints)), part[1]]
+                    units += [(u, None) for u in pairwise(lines)]
+                else:
+                    outlines = cut(remaining, joints, bond.smallest * (1 - ROUNDING))
+                    units += [((float(o[:, 0].min()), float(o[:, 0].max())), o) for o in outlines]
+            for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
+                yield Unit(f"{number}.{k}{layer}", u, v, outline)
+        for k, u in enumerate(spans, start=1):
+            yield Unit(f"{number}.lintel{k}", u, (0.0, bond.depth))
+
+    def _parts(self, number: int) -> list[Interval]:
+        """Return the parts of a course between openings and panels that cross it."""
+        start, end = self.extent
+        parts = [(start, end)]
+        if number % 2 == 0:
+            crossed = [(a, b) for a, b, last in self.crossings if number <= last]
+            parts = without([(start - self.back, end)], crossed)
+        height = self.bond.course_height
+        plain = [(o, o.courses(height)) for o in self.openings if isinstance(o, Opening)]
+        return without(parts, [(o.start, o.end) for o, (low, high) in plain if low < number <= high])
+
+    def _lintels(self, number: int) -> list[Interval]:
+        """Return the lintels of a course, where the openings below it end."""
+        half, height = self.bond.unit_length / 2, self.bond.course_height
+        flat = [o for o in self.openings if isinstance(o, Opening) and o.rise is None]
+        bearings = [(o, half if o.bearing is None else o.bearing) for o in flat if o.courses(height)[1] == number - 1]
+        return [(o.start - bearing, o.end + bearing) for o, bearing in bearings if bearing > 0]
+
+    def _joints(self, number: int, layer: str, part: Interval, length: float, shift: float) -> list[float]:
+        """Return the joints within a part of a course: of rubble, or every ``length`` from the origin."""
+        if self.rubble is None:
+            origin = self.origin + shift
+            first, last = np.ceil((part[0] - origin) / length), np.floor((part[1] - origin) / length)
+            joints: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
+            return joints
+        others = [crossing[:2] for crossing in self.crossings] + [self.extent[:1] * 2] * (self.back > 0)
+        others += [*self._lintels(number - 1), *self._lintels(number + 1)]
+        return self.rubble.joints(number, layer, part, [x for ends in others for x in ends])
 
     def _check_bearings(self, course: int, spans: Sequence[Interval]) -> None:
         for (_, end), (start, _) in pairwise(sorted(spans)):
-            if start < end - 1e-9 * self.unit_length:
+            if start < end - ROUNDING * self.bond.unit_length:
                 msg = (
                     f"wall: two lintels of course {course} overlap from {start:.6g} to {end:.6g} m; give the openings "
                     "a shorter bearing: zero, or at most half the wall between them"
                 )
                 raise ModelError(msg)
 
-    def _check_lintel(self, course: int, lintel: Any, shapes: Sequence[Any], within: Any) -> None:
-        slack = 1e-9 * lintel.area
+    def _check_lintel(self, course: int, lintel: Any, shapes: Sequence[Any]) -> None:
+        slack = ROUNDING * lintel.area
         meets = any(shapely.intersection(lintel, shape).area > slack for shape in shapes)
-        if meets or (within is not None and shapely.difference(lintel, within).area > slack):
+        if meets or (self.within is not None and shapely.difference(lintel, self.within).area > slack):
             a, _, b, _ = lintel.bounds
             obstacle = "a ring of voussoirs" if meets else "a slope"
             msg = (
@@ -176,6 +252,12 @@ class Bond:
                 "or make its bearing shorter or zero"
             )
             raise ModelError(msg)
+
+
+def _common(part: Interval, others: Sequence[Interval]) -> list[Interval]:
+    """Return what a part of a line has in common with others."""
+    shared = [(max(a, part[0]), min(b, part[1])) for a, b in others]
+    return [(a, b) for a, b in shared if b > a]
 
 
 def without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interval]:
@@ -186,6 +268,6 @@ def without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interv
             piece
             for a, b in left
             for piece in ((a, min(b, low)), (max(a, high), b))
-            if piece[1] - piece[0] > 1e-9 * (b - a)
+            if piece[1] - piece[0] > ROUNDING * (b - a)
         ]
     return left

@@ -6,6 +6,7 @@ from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total, positive_length
 from blockstruct.structures.builder import builder
@@ -66,7 +67,7 @@ def courses(
 
     blocks = [unit("base", 0.0, width, -1.0, 0.0, fixed=True)] if base else []
     for j, row in enumerate(rows, start=1):
-        if not math.isclose(math.fsum(abs(u) for u in row), width, rel_tol=1e-9):
+        if not math.isclose(math.fsum(abs(u) for u in row), width, rel_tol=ROUNDING):
             msg = (
                 f"courses: course {j} is {math.fsum(abs(u) for u in row):.6g} times the unit long, the first "
                 f"{width:.6g}; make all courses equally long, and give voids as negative lengths"

@@ -7,9 +7,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.structures.bond import SHORTEST
-from blockstruct.structures.cut import cut
-from blockstruct.structures.openings import LEVEL
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
+from blockstruct.structures.bond import cut
+from blockstruct.structures.openings import QUARTER
 
 Array = NDArray[np.float64]
 
@@ -35,11 +35,11 @@ def divided_wall(elevation: Any, unit_length: float, unit_height: float) -> list
     """
     low, foot, high, top = elevation.bounds
     courses = max(1, round((top - foot) / unit_height))
-    course, smallest = (top - foot) / courses, SHORTEST * unit_length * unit_height * (1 - 1e-9)
+    course, smallest = (top - foot) / courses, QUARTER * unit_length * unit_height * (1 - ROUNDING)
     voids = shapely.get_parts(shapely.difference(shapely.box(low, foot, high, top), elevation))
     spans: dict[int, list[tuple[float, float]]] = {}
-    for a, _, b, head in (void.bounds for void in voids if void.area > LEVEL * smallest):
-        above = math.floor((head - foot) / course + LEVEL)
+    for a, _, b, head in (void.bounds for void in voids if void.area > NEGLIGIBLE * smallest):
+        above = math.floor((head - foot) / course + NEGLIGIBLE)
         if above < courses:
             spans.setdefault(above, []).append((a - unit_length / 2, b + unit_length / 2))
     units = []

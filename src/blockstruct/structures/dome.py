@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import polyhedron
+from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import check_total, checked_count, positive_length
-from blockstruct.structures.arch_profile import half_profile
+from blockstruct.structures.arch import half_profile
 from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
 from blockstruct.units import QuantityLike, si
@@ -72,7 +73,7 @@ def dome(
     rings, count = checked_count(courses, 1, "dome: courses"), checked_count(units, 3, "dome: units")
     check_total(rings * count, "dome")
     height = s / 2 if rise is None else si(rise, "length", "dome: rise")
-    if height < s / 2 * (1 - 1e-9):
+    if height < s / 2 * (1 - ROUNDING):
         msg = f"dome: rise {height:.6g} m; give half the span, {s / 2:.6g} m (hemispherical), or more (pointed)"
         raise ModelError(msg)
     if opening >= s:

@@ -1,29 +1,29 @@
 """Openings in walls: rectangular, arched and round."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import shapely
+from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import checked_count, positive_length
-from blockstruct.structures.arch_profile import ArchProfile
+from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
+from blockstruct.model.fields import ModelObject, named_arguments, not_negative, optional_scalar, scalar
+from blockstruct.structures.arch import ArchProfile
+from blockstruct.structures.builder import LENGTH, count, length, optional_count, optional_length
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: Largest distance from a bed joint, relative to the height of a course: rounding.
-LEVEL = 1e-6
-#: Smallest part of a course above or below a ring of voussoirs.
-_LEAST = 0.25
+#: Smallest part of a unit or of a course that is left between a joint and an end, an opening or a ring.
+QUARTER = 0.25
 
 
-@dataclass(frozen=True, slots=True)
-class Opening:
+@frozen(repr=False, field_transformer=named_arguments)
+class Opening(ModelObject):
     """A rectangular opening through a wall, with a lintel or an arch of voussoirs.
 
     Parameters
@@ -57,39 +57,25 @@ class Opening:
         a bearing, or has no rise.
     """
 
-    start: Any
-    sill: Any
-    width: Any
-    height: Any
-    bearing: Any = None
-    rise: Any = None
-    ring: Any = None
-    voussoirs: Any = None
+    start: float = field(converter=scalar, validator=not_negative, metadata=LENGTH)
+    sill: float = field(converter=scalar, validator=not_negative, metadata=LENGTH)
+    width: float = field(converter=length, metadata=LENGTH)
+    height: float = field(converter=length, metadata=LENGTH)
+    bearing: float | None = field(default=None, converter=optional_scalar, validator=not_negative, metadata=LENGTH)
+    rise: float | None = field(default=None, converter=optional_length, metadata=LENGTH)
+    ring: float | None = field(default=None, converter=optional_length, metadata=LENGTH)
+    voussoirs: int | None = field(default=None, converter=optional_count, metadata={"least": 2})
 
-    def __post_init__(self) -> None:
-        for name in ("start", "sill", "bearing"):
-            raw = getattr(self, name)
-            if raw is None and name == "bearing":
-                continue
-            value = si(raw, "length", f"opening: {name}")
-            if value < 0:
-                msg = f"opening: {name} {value:.6g} m; give a length of zero or above"
-                raise ModelError(msg)
-            object.__setattr__(self, name, value)
-        for name in ("width", "height"):
-            object.__setattr__(self, name, positive_length(getattr(self, name), f"opening: {name}"))
-        arch = {"rise": self.rise, "ring": self.ring, "voussoirs": self.voussoirs}
-        missing = [name for name, value in arch.items() if value is None]
+    def __attrs_post_init__(self) -> None:
+        arch = ("rise", "ring", "voussoirs")
+        missing = [name for name in arch if getattr(self, name) is None]
         if len(missing) == len(arch):
             return
         if missing or self.bearing is not None:
             problem = f"an arch needs {' and '.join(missing)}" if missing else "an arch has no bearing"
-            msg = f"opening: {problem}; give rise, ring and voussoirs for an arch, or only a bearing for a lintel"
+            msg = f"Opening: {problem}; give rise, ring and voussoirs for an arch, or only a bearing for a lintel"
             raise ModelError(msg)
-        for name in ("rise", "ring"):
-            object.__setattr__(self, name, positive_length(getattr(self, name), f"opening: {name}"))
-        object.__setattr__(self, "voussoirs", checked_count(self.voussoirs, 2, "opening: voussoirs"))
-        ArchProfile.of(*self._profile(), who="opening")
+        ArchProfile.of(*self._profile(), who="Opening")
 
     def _profile(self) -> tuple[Any, Any, Any, Any]:
         width, ring, rise = (to_quantity(v, "length") for v in (self.width, self.ring, self.rise))
@@ -98,7 +84,7 @@ class Opening:
     @property
     def end(self) -> float:
         """End along the wall, m."""
-        return float(self.start + self.width)
+        return self.start + self.width
 
     def voussoir_outlines(self, course_height: float) -> list[Array]:
         """Return the outlines (4, 2) of the voussoirs along and up the wall, from left to right, m.
@@ -128,8 +114,17 @@ class Opening:
         return round(self.sill / course_height), round((self.sill + self.height) / course_height)
 
 
-@dataclass(frozen=True, slots=True)
-class RoundOpening:
+def _centre(value: Any, dimension: str = "", what: str = "") -> tuple[float, float]:
+    try:
+        u, z = value
+    except (TypeError, ValueError):
+        msg = f"{what} is {shown(value)}; give two lengths, along the wall and over its foot"
+        raise ModelError(msg) from None
+    return si(u, dimension, what), si(z, dimension, what)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
+class RoundOpening(ModelObject):
     """A round opening through a wall, in a ring of voussoirs with straight sides, one of them at the top.
 
     Parameters
@@ -156,32 +151,20 @@ class RoundOpening:
         If a size is not above zero, or there are fewer than 6 voussoirs.
     """
 
-    centre: Any
-    diameter: Any
-    ring: Any
-    voussoirs: Any
-
-    def __post_init__(self) -> None:
-        try:
-            u, z = self.centre
-        except (TypeError, ValueError):
-            msg = f"round opening: centre {shown(self.centre)}; give two lengths, along the wall and over its foot"
-            raise ModelError(msg) from None
-        centre = tuple(si(value, "length", "round opening: centre") for value in (u, z))
-        object.__setattr__(self, "centre", centre)
-        for name in ("diameter", "ring"):
-            object.__setattr__(self, name, positive_length(getattr(self, name), f"round opening: {name}"))
-        object.__setattr__(self, "voussoirs", checked_count(self.voussoirs, 6, "round opening: voussoirs"))
+    centre: tuple[float, float] = field(converter=_centre, metadata=LENGTH)
+    diameter: float = field(converter=length, metadata=LENGTH)
+    ring: float = field(converter=length, metadata=LENGTH)
+    voussoirs: int = field(converter=count, metadata={"least": 6})
 
     @property
     def start(self) -> float:
         """Start along the wall, m."""
-        return float(self.centre[0] - self.diameter / 2)
+        return self.centre[0] - self.diameter / 2
 
     @property
     def end(self) -> float:
         """End along the wall, m."""
-        return float(self.centre[0] + self.diameter / 2)
+        return self.centre[0] + self.diameter / 2
 
     def voussoir_outlines(self, course_height: float) -> list[Array]:
         """Return the outlines (4, 2) of the voussoirs along and up the wall, clockwise from the top, m.
@@ -206,7 +189,7 @@ AnyOpening = Opening | RoundOpening
 
 
 def check_openings(
-    openings: Sequence[AnyOpening], length: float, course_height: float, courses: int, who: str, within: Any = None
+    openings: Sequence[AnyOpening], end: float, course_height: float, courses: int, who: str, within: Any = None
 ) -> None:
     """Refuse openings outside the wall, off the bed joints, or that overlap.
 
@@ -215,32 +198,30 @@ def check_openings(
     top = courses * course_height
     for k, opening in enumerate(openings, start=1):
         what = f"{who}: opening {k} at {opening.start:.6g} m"
-        if opening.end > length * (1 + 1e-9):
-            msg = f"{what} ends at {opening.end:.6g} m, beyond the wall of {length:.6g} m; move it or make it narrower"
+        if opening.end > end * (1 + ROUNDING):
+            msg = f"{what} ends at {opening.end:.6g} m, beyond the wall of {end:.6g} m; move it or make it narrower"
             raise ModelError(msg)
         if isinstance(opening, Opening):
             _check_levels(opening, course_height, courses, what)
         if opening.voussoirs is not None:
-            _check_ring(opening, within or shapely.box(0.0, 0.0, length, top), course_height, what)
+            _check_ring(opening, within or shapely.box(0.0, 0.0, end, top), course_height, what)
         for other in openings[: k - 1]:
-            if (
-                opening.outline(course_height).intersection(other.outline(course_height)).area
-                > LEVEL * course_height**2
-            ):
+            shared = opening.outline(course_height).intersection(other.outline(course_height))
+            if shared.area > NEGLIGIBLE * course_height**2:
                 msg = f"{what} overlaps the opening at {other.start:.6g} m; move one of them"
                 raise ModelError(msg)
 
 
 def _check_levels(opening: Opening, course_height: float, courses: int, what: str) -> None:
     head, top = opening.sill + opening.height, courses * course_height
-    if head > top * (1 + LEVEL):
+    if head > top * (1 + NEGLIGIBLE):
         msg = (
             f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in "
             f"{counted(courses, 'course')}; make the opening lower or the wall higher"
         )
         raise ModelError(msg)
     for name, z in (("sill", opening.sill), ("head", head)):
-        if abs(z / course_height - round(z / course_height)) > LEVEL:
+        if abs(z / course_height - round(z / course_height)) > NEGLIGIBLE:
             nearest = round(z / course_height) * course_height
             msg = (
                 f"{what}: {name} at {z:.6g} m is not on a bed joint of {counted(courses, 'course')} of "
@@ -252,7 +233,7 @@ def _check_levels(opening: Opening, course_height: float, courses: int, what: st
 def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str) -> None:
     outline = opening.outline(course_height)
     beyond = outline.difference(wall).area
-    if beyond > LEVEL * course_height**2:
+    if beyond > NEGLIGIBLE * course_height**2:
         low, foot, high, crown = outline.bounds
         msg = (
             f"{what}: with its ring it extends from {low:.6g} to {high:.6g} m along the wall and from {foot:.6g} to "
@@ -264,7 +245,7 @@ def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str)
         ends["foot"] = (outline.bounds[1], -1.0)
     for name, (z, sense) in ends.items():
         left = _to_joint(z, sense, course_height)
-        if LEVEL < left < _LEAST:
+        if NEGLIGIBLE < left < QUARTER:
             msg = (
                 f"{what}: the {name} of its ring at {z:.6g} m leaves {left:.1%} of a course to the bed joint at "
                 f"{z + sense * left * course_height:.6g} m; give it a keystone (for an arch, an odd number of "
@@ -276,14 +257,14 @@ def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str)
 def _to_joint(z: float, sense: float, course_height: float) -> float:
     """Return the distance up (sense 1) or down (sense −1) to the next bed joint, in courses; zero on a bed joint."""
     at = sense * z / course_height
-    return max(float(np.ceil(at - LEVEL) - at), 0.0)
+    return max(float(np.ceil(at - NEGLIGIBLE) - at), 0.0)
 
 
 def _with_keystone(ring: list[Array], k: int, sense: float, course_height: float) -> list[Array]:
     """Return the ring with its k-th voussoir extended to a near bed joint, if its back is level."""
     inner, back = ring[k][[0, 3]], ring[k][1:3]
     gap = _to_joint(float(back[0, 1]), sense, course_height)
-    if abs(back[0, 1] - back[1, 1]) > LEVEL * course_height or not gap < _LEAST:
+    if abs(back[0, 1] - back[1, 1]) > NEGLIGIBLE * course_height or not gap < QUARTER:
         return ring
     along = back - inner
     joint = back[0, 1] + sense * gap * course_height
@@ -301,5 +282,5 @@ def _levelled(outlines: Sequence[Array], course_height: float) -> list[Array]:
     for outline in outlines:
         u, z = outline.T
         joint = np.round(z / course_height) * course_height
-        levelled.append(np.column_stack([u, np.where(np.abs(z - joint) <= LEVEL * course_height, joint, z)]))
+        levelled.append(np.column_stack([u, np.where(np.abs(z - joint) <= NEGLIGIBLE * course_height, joint, z)]))
     return levelled

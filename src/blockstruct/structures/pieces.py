@@ -1,6 +1,6 @@
 """Blocks of the units of walls, for any position of the wall."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,18 +8,14 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry import box, lofted, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.structures.bond import Unit
-from blockstruct.structures.openings import AnyOpening
+from blockstruct.structures.bond import Panel
 
 Array = NDArray[np.float64]
 
 
 @dataclass(slots=True)
 class Pieces:
-    """Blocks of a wall with its sidewalls and buttresses, in building order.
-
-    Rows of ``axes`` (3, 3) are the direction along a wall (u), the direction through it (v), and its origin.
-    """
+    """Blocks of a wall with its sidewalls and buttresses, in building order."""
 
     prefix: str
     material: Material
@@ -33,22 +29,21 @@ class Pieces:
             Block(self.prefix + name, polyhedron(vertices, faces, self.prefix + name), self.material, fixed)
         )
 
-    def course(self, units: Iterable[Unit], number: int, axes: Array, name: str = "") -> None:
-        """Lay the units of a course. Courses are numbered from one."""
-        for unit in units:
-            if unit.outline is not None:
-                self._extruded(name + unit.name, unit.outline, unit.v, axes)
-                continue
-            (u0, u1), (v0, v1) = unit.u, unit.v
-            x, y, _ = np.minimum(axes[2] + u0 * axes[0] + v0 * axes[1], axes[2] + u1 * axes[0] + v1 * axes[1])
-            a, b, _ = np.abs((u1 - u0) * axes[0] + (v1 - v0) * axes[1])
-            self.box(name + unit.name, (x, y, (number - 1) * self.course_height), (a, b, self.course_height))
-
-    def rings(self, openings: Sequence[AnyOpening], depth: float, axes: Array, name: str = "") -> None:
-        """Lay the voussoirs of all openings of a wall."""
-        for i, opening in enumerate(openings, start=1):
-            for k, outline in enumerate(opening.voussoir_outlines(self.course_height), start=1):
-                self._extruded(f"{name}voussoir {i}.{k}", outline, (0.0, depth), axes)
+    def panel(self, panel: Panel) -> None:
+        """Lay the courses of a panel, and the voussoirs of its openings."""
+        axes, height = panel.axes, self.course_height
+        for number in range(1, len(panel.heads) + 1):
+            for unit in panel.units(number):
+                if unit.outline is not None:
+                    self._extruded(panel.name + unit.name, unit.outline, unit.v, axes)
+                    continue
+                (u0, u1), (v0, v1) = unit.u, unit.v
+                x, y, _ = np.minimum(axes[2] + u0 * axes[0] + v0 * axes[1], axes[2] + u1 * axes[0] + v1 * axes[1])
+                a, b, _ = np.abs((u1 - u0) * axes[0] + (v1 - v0) * axes[1])
+                self.box(panel.name + unit.name, (x, y, (number - 1) * height), (a, b, height))
+        for i, opening in enumerate(panel.openings, start=1):
+            for k, outline in enumerate(opening.voussoir_outlines(height), start=1):
+                self._extruded(f"{panel.name}voussoir {i}.{k}", outline, (0.0, panel.bond.depth), axes)
 
     def _extruded(self, name: str, outline: Array, v: tuple[float, float], axes: Array) -> None:
         foot = axes[2] + outline[:, :1] * axes[0] + outline[:, 1:] * np.array([0.0, 0.0, 1.0])

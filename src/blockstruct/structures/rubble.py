@@ -1,21 +1,29 @@
 """Rubble: units of random lengths with a minimum overlap between courses."""
 
-import operator
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from itertools import chain
-from typing import Any
+from numbers import Integral
+
+from attrs import Factory, define, field, frozen
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import positive_length
-from blockstruct.units import si
+from blockstruct.geometry.tolerances import ROUNDING
+from blockstruct.model.fields import ModelObject, named_arguments, scalar
+from blockstruct.structures.builder import LENGTH, length
 
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Rubble:
+def _seed(value: int, what: str = "") -> int:
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        msg = f"{what} is {shown(value)}; give a whole number"
+        raise ModelError(msg)
+    return int(value)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
+class Rubble(ModelObject):
     """Units of random lengths. The same seed gives the same wall on every machine.
 
     Parameters
@@ -39,51 +47,41 @@ class Rubble:
         If the seed is not a whole number, or the limits contradict each other.
     """
 
-    seed: Any
-    shortest: Any
-    longest: Any
-    overlap: Any
+    seed: int = field(converter=_seed)
+    shortest: float = field(converter=length, metadata=LENGTH)
+    longest: float = field(converter=length, metadata=LENGTH)
+    overlap: float = field(converter=scalar, metadata=LENGTH)
 
-    def __post_init__(self) -> None:
-        try:
-            seed = operator.index(self.seed)
-        except TypeError:
-            seed = None
-        if seed is None or isinstance(self.seed, bool):
-            msg = f"rubble: seed {shown(self.seed)}; give a whole number"
-            raise ModelError(msg)
-        object.__setattr__(self, "seed", seed)
-        for name in ("shortest", "longest"):
-            object.__setattr__(self, name, positive_length(getattr(self, name), f"rubble: {name}"))
-        object.__setattr__(self, "overlap", si(self.overlap, "length", "rubble: overlap"))
-        if self.longest < 2 * self.shortest * (1 - 1e-9):
+    def __attrs_post_init__(self) -> None:
+        if self.longest < 2 * self.shortest * (1 - ROUNDING):
             msg = (
-                f"rubble: longest {self.longest:.6g} m is less than twice the shortest, {self.shortest:.6g} m; widen "
+                f"Rubble: longest {self.longest:.6g} m is less than twice the shortest, {self.shortest:.6g} m; widen "
                 "the limits, so that units can fill every length"
             )
             raise ModelError(msg)
         if not 0 <= self.overlap <= self.longest / 2:
             msg = (
-                f"rubble: overlap {self.overlap:.6g} m; give zero or more, up to half the longest unit, "
+                f"Rubble: overlap {self.overlap:.6g} m; give zero or more, up to half the longest unit, "
                 f"{self.longest / 2:.6g} m"
             )
             raise ModelError(msg)
 
 
-@dataclass(slots=True)
+@define
 class RubbleJoints:
     """Random head joints of one rubble wall, from the bottom up, leaf by leaf."""
 
     rubble: Rubble
     wall: str
-    chance: random.Random = field(init=False)
-    below: dict[str, list[float]] = field(default_factory=dict)
-    current: dict[str, list[float]] = field(default_factory=dict)
+    below: dict[str, list[float]] = Factory(dict)
+    current: dict[str, list[float]] = Factory(dict)
     course: int = 0
+    chance: random.Random = field(init=False)
 
-    def __post_init__(self) -> None:
+    @chance.default
+    def _seeded(self) -> random.Random:
         # Python guarantees the numbers of random() for a seed. The distributions of numpy may change.
-        self.chance = random.Random(f"{self.rubble.seed} {self.wall}")
+        return random.Random(f"{self.rubble.seed} {self.wall}")
 
     def joints(self, course: int, layer: str, part: Interval, others: Sequence[float]) -> list[float]:
         """Return the joints of a part of a course, in ascending order, with the overlap to lower and other joints.

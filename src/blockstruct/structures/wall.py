@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 import shapely
@@ -10,7 +9,7 @@ import shapely
 from blockstruct.errors import ModelError, shown
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total, checked_count, positive_length
-from blockstruct.structures.bond import SHORTEST, Bond, without
+from blockstruct.structures.bond import Bond, Panel
 from blockstruct.structures.builder import builder
 from blockstruct.structures.openings import AnyOpening, check_openings
 from blockstruct.structures.pieces import Pieces
@@ -114,66 +113,34 @@ def wall(
     if rubble is not None and not isinstance(rubble, Rubble):
         msg = f"wall: rubble is {shown(rubble)}; give a Rubble"
         raise ModelError(msg)
-    unit = _unit(unit_length, rubble)
     headers = None if header_every is None else checked_count(header_every, 2, "wall: header_every")
-    bond = Bond(unit, course, t, checked_count(leaves, 1, "wall: leaves"), headers)
+    bond = Bond(_unit(unit_length, rubble), course, t, checked_count(leaves, 1, "wall: leaves"), headers)
     front = checked_tuple(openings, AnyOpening, "wall: openings")
     sides = checked_tuple(sidewalls, Sidewall, "wall: sidewalls")
-    piers = checked_tuple(buttresses, Buttress, "wall: buttresses")
-    rise = 0.0 if gable is None else positive_length(gable, "wall: gable")
-    top = number * course
-    smallest = SHORTEST * unit * course
-    upper = [] if gable is None else gable_levels(reach, top, rise, course, smallest)
-    within = shapely.Polygon([(0, 0), (reach, 0), (reach, top), (reach / 2, top + rise), (0, top)]) if upper else None
+    sides += checked_tuple(buttresses, Buttress, "wall: buttresses")
+    heads, within = [k * course for k in range(1, number + 1)], None
+    if gable is not None:
+        rise, top = positive_length(gable, "wall: gable"), number * course
+        heads += gable_levels(reach, top, rise, course, bond.smallest)
+        within = shapely.Polygon([(0, 0), (reach, 0), (reach, top), (reach / 2, top + rise), (0, top)])
     check_openings(front, reach, course, number, "wall", within)
-    check_sides((*sides, *piers), front, reach, t, course)
-    long = reach + sum(s.length for s in (*sides, *piers))
-    check_total((number + len(upper)) * bond.leaves * long / min(unit, rubble.shortest if rubble else unit), "wall")
-    for side in sides:
-        check_openings(side.openings, side.length, course, number, f"sidewall {side.name!r}")
-    _check_buttresses(piers, number)
+    check_sides(sides, front, reach, number, bond)
+    shortest = min(bond.unit_length, rubble.shortest if rubble else math.inf)
+    check_total(len(heads) * bond.leaves * (reach + sum(s.length for s in sides)) / shortest, "wall")
 
     def drawn(name: str) -> RubbleJoints | None:
         return None if rubble is None else RubbleJoints(rubble, name)
 
     laid = Pieces(prefix, material, course)
     if base:
-        before = max((p.length for p in piers if not p.behind), default=0.0)
-        behind = max([s.length for s in sides] + [p.length for p in piers if p.behind], default=0.0)
+        before, behind = (max((s.length for s in sides if s.behind is at), default=0.0) for at in (False, True))
         laid.box("base", (0.0, -before, -course), (reach, before + t + behind, course), fixed=True)
-    through = [(s.at, s.at + t, number) for s in sides if s.bonded]
-    through += [(p.at, p.at + p.width, p.courses) for p in piers if p.bonded]
-    front_course = partial(
-        bond.course, openings=front, rubble=drawn(""), gaps=[gap[:2] for gap in through], within=within
-    )
-    for j in range(1, number + 1):
-        # In every second course the wall leaves room for the sidewalls and buttresses that extend through it.
-        parts = without([(0.0, reach)], [(a, b) for a, b, last in through if j <= last] if j % 2 == 0 else [])
-        laid.course(front_course(j, parts, 0.0, j % 2 == 0), j, _FRONT)
-    for j, head in enumerate(upper, start=number + 1):
-        laid.course(front_course(j, [(0.0, reach)], 0.0, j % 2 == 0, top=head), j, _FRONT)
-    laid.rings(front, t, _FRONT)
-    for side in sides:
-        # u is along the sidewall from the back of the wall, v is through the sidewall.
-        axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [side.at, t, 0.0]])
-        joints, face = drawn(side.name), [(0.0, 0.0)] if side.bonded else []
-        origin = _bonding(t, unit) if side.bonded else 0.0
-        for j in range(1, number + 1):
-            part = (-t if side.bonded and j % 2 == 0 else 0.0, side.length)
-            shifted = j % 2 == (1 if side.bonded else 0)
-            units = bond.course(j, [part], origin, shifted, side.openings, rubble=joints, gaps=face)
-            laid.course(units, j, axes, f"{side.name}.")
-        laid.rings(side.openings, t, axes, f"{side.name}.")
-    for pier in piers:
-        outwards, foot = (1.0, t) if pier.behind else (-1.0, 0.0)
-        axes = np.array([[0.0, outwards, 0.0], [1.0, 0.0, 0.0], [pier.at, foot, 0.0]])
-        whole, slope, joints = Bond(unit, course, pier.width, 1, None), pier.outline(t, course), drawn(pier.name)
-        face = [(0.0, 0.0)] if pier.bonded else []
-        for j in range(1, pier.courses + 1):
-            part = (-t if pier.bonded and j % 2 == 0 else 0.0, pier.projection)
-            # In courses that extend through the wall, half of a unit is in the wall.
-            units = whole.course(j, [part], 0.0, j % 2 == 0, (), rubble=joints, gaps=face, within=slope)
-            laid.course(units, j, axes, f"{pier.name}.")
+    panels = [side.panel(bond, heads[:number], drawn(side.name)) for side in sides]
+    # In every second course the wall leaves room for the sidewalls and buttresses that extend through it.
+    ends = [(s.at, s.at + s.width_in(bond), len(p.heads)) for s, p in zip(sides, panels, strict=True) if s.bonded]
+    laid.panel(Panel("", bond, _FRONT, heads, (0.0, reach), front, ends, within=within, rubble=drawn("")))
+    for panel in panels:
+        laid.panel(panel)
     return laid.blocks
 
 
@@ -185,16 +152,6 @@ def _unit(unit_length: QuantityLike | None, rubble: Rubble | None) -> float:
         msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
         raise ModelError(msg)
     return float(rubble.shortest + rubble.longest) / 2
-
-
-def _bonding(depth: float, unit: float) -> float:
-    """Return the start of a whole unit in the courses of a sidewall that extend through a wall.
-
-    It is the face of the wall, or half a unit from the face if a joint would otherwise be near the back. A unit then
-    joins both walls.
-    """
-    beyond = depth / unit - np.floor(depth / unit)
-    return -depth if SHORTEST <= beyond <= 1 - SHORTEST else -depth + unit / 2
 
 
 def _courses(courses: int | None, height: QuantityLike | None, course: float) -> int:
@@ -212,13 +169,3 @@ def _courses(courses: int | None, height: QuantityLike | None, course: float) ->
         )
         raise ModelError(msg)
     return checked_count(round(number), 1, "wall: courses")
-
-
-def _check_buttresses(buttresses: Sequence[Buttress], courses: int) -> None:
-    for buttress in buttresses:
-        if buttress.courses > courses:
-            msg = (
-                f"wall: buttress {buttress.name!r} has {buttress.courses} courses, the wall {courses}; give at "
-                "most as many as the wall has"
-            )
-            raise ModelError(msg)

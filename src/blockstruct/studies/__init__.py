@@ -19,10 +19,8 @@ from blockstruct.model import direction_cases
 from blockstruct.studies.by_direction import Directions, directions
 from blockstruct.studies.document import StudyDocument, read_study
 from blockstruct.studies.first_order import first_order
-from blockstruct.studies.fragility import fragility
-from blockstruct.studies.progress import StudyProgress, print_progress
-from blockstruct.studies.running import study
-from blockstruct.studies.summary import cases_with_load_factors, summary
+from blockstruct.studies.running import StudyProgress, print_progress, study
+from blockstruct.studies.summary import cases_with_load_factors, fragility, summary
 from blockstruct.studies.table import frame_of
 
 __all__ = [

@@ -1,11 +1,13 @@
-"""Many analyses of one structure with varied parameters."""
+"""Run a structure with varied parameters: what is found in the store, what is left, and the progress."""
 
 import contextlib
+import math
 import os
 import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,20 +15,147 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import LoadFactorWarning, ModelError, StorageError, StudyWarning, shown
+from blockstruct.analysis.plan import runs_of
+from blockstruct.errors import BlockstructError, LoadFactorWarning, StorageError, StudyWarning, shown
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import checked_tuple
+from blockstruct.model.checks import checked_count
 from blockstruct.notebook import is_terminal
-from blockstruct.storage import Archive
-from blockstruct.studies.cluster import connected, on_cluster
-from blockstruct.studies.design import design_of
-from blockstruct.studies.found import Rows, found_runs, refusal
-from blockstruct.studies.plan import Plan
-from blockstruct.studies.processes import Ended, here, in_processes
-from blockstruct.studies.progress import Listener, StudyProgress, print_progress
+from blockstruct.results import Analysis, plain_value
+from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
+from blockstruct.studies.design import Design, Run, design_of
+from blockstruct.studies.plan import Job, Plan, Problem, values_of
 from blockstruct.studies.table import check_parameter_names, dataset_of
-from blockstruct.studies.task import Job, Problem
+from blockstruct.studies.workers import Ended, connected, here, in_processes, on_cluster
 from blockstruct.vocabulary import Flow, Status, counted
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgress:
+    """Count of the runs of a study, sent when a run ends.
+
+    Attributes
+    ----------
+    done, total : int
+        Runs that have ended, including failed and earlier ones, and all runs.
+    failed : int
+    found : int
+        Runs that an earlier study had finished.
+    seconds : float
+        Since the study began.
+    """
+
+    done: int
+    total: int
+    failed: int
+    found: int
+    seconds: float
+
+    @property
+    def seconds_left(self) -> float:
+        """Estimate from the mean duration of ended runs; NaN before the first."""
+        now = self.done - self.found
+        return self.seconds / now * (self.total - self.done) if now else float("nan")
+
+    def __str__(self) -> str:
+        """Return one line of text."""
+        text = f"{self.done} of {counted(self.total, 'run')}"
+        text += f", {self.found} of them found" if self.found else ""
+        text += f", {self.failed} failed" if self.failed else ""
+        if self.done == self.total:
+            return f"{text}, in {_time(self.seconds)}"
+        return f"{text}, about {_time(self.seconds_left)} left" if self.done > self.found else text
+
+
+Listener = Callable[[StudyProgress], None]
+
+
+def print_progress(progress: StudyProgress) -> None:
+    """Print one line of progress on the terminal, over the previous one."""
+    end = "\n" if progress.done == progress.total else ""
+    print(f"\r\x1b[K{progress}", end=end, file=sys.stderr, flush=True)
+
+
+def _time(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
+
+
+#: Rows of one run in the archive, each a mapping by column name.
+Rows = list[dict[str, Any]]
+
+
+def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, Rows], dict[str, str]]:
+    """Return the rows of finished runs, and why other files are refused.
+
+    The model and the cases of each run are built again and compared with its file.
+
+    Returns
+    -------
+    tuple of dict
+        Rows by the name of the run. Reasons by the name of the run, for files with other values, models, cases or
+        settings.
+
+    Raises
+    ------
+    StorageError
+        If the file of a run cannot be read.
+    """
+    rows: dict[str, Rows] = {}
+    others: dict[str, str] = {}
+    for run in {run.name: run for run in design.runs}.values():
+        path = archive.folder / f"{run.name}.h5"
+        is_killed = is_unfinished(path)
+        if not is_killed and not path.is_file():
+            continue
+        try:
+            kept = planned_analysis(path) if is_killed else open_analysis(path)
+        except BlockstructError as error:
+            msg = f"{error}; move it away, then run the study again"
+            raise StorageError(msg) from error
+        if why := _difference(run, kept, plan):
+            others[run.name] = why
+        elif not is_killed and kept.status == "finished":
+            rows[run.name] = archive.rows(path)
+    return rows, others
+
+
+def refusal(archive: Archive, others: Mapping[str, str]) -> str:
+    """Return the error message on files that do not belong to this study."""
+    name, why = next(iter(others.items()))
+    return (
+        f"study: {archive.folder} has {counted(len(others), 'run')} of these parameters, by name, but not of this "
+        f"study: {name}.h5 {why}. Choose another store, or run anew with rerun=True"
+    )
+
+
+def _difference(run: Run, kept: Analysis, plan: Plan) -> str:
+    """Return the difference between a run and its file; empty without any."""
+    for name, value in run.values.items():
+        due, unit = plain_value(value)
+        found = plain_value(kept.parameters[name])[0] if name in kept.parameters else None
+        if not _same(due, found):
+            of_unit = "" if unit in ("", "dimensionless") else f" {unit}"
+            return (
+                f"was made with {name} {shown(found)}{of_unit}, but its name stands for {shown(due)}{of_unit}: it was "
+                "renamed or copied. Give it its own name back"
+            )
+    try:
+        model, cases = plan.model_and_cases(values_of(run.stored))
+    except Exception as error:
+        return f"cannot be compared: build fails now ({error})"
+    due = [(each.case, each.settings) for each in runs_of(cases, plan.settings, plan.schedules)]
+    if model.hash != kept.model.hash or due != [(result.case, result.settings) for result in kept.values()]:
+        return "is of another model, other cases or other settings than this study has"
+    return ""
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, float) and isinstance(other, int | float):
+        # The same quantity in two units may differ by rounding.
+        return math.isclose(one, other, rel_tol=1e-9)
+    return bool(one == other)
 
 
 def study(  # noqa: PLR0913
@@ -215,7 +344,4 @@ def _workers(workers: Any, runs: int) -> int:
     if workers is None:
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         return min(available, runs)
-    if isinstance(workers, bool) or not isinstance(workers, int | np.integer) or not 1 <= workers <= 10_000:
-        msg = f"study: workers={shown(workers)}; give how many runs are carried out at a time, 1 or more"
-        raise ModelError(msg)
-    return min(int(workers), runs)
+    return min(checked_count(workers, 1, "study: workers"), runs)

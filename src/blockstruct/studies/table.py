@@ -9,7 +9,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
-from blockstruct.studies.task import Problem
+from blockstruct.studies.plan import Problem
 
 #: Status of a case of a failed run, or of a run that another study is carrying out. It is not a status of a limit case.
 FAILED, ELSEWHERE = "failed", "elsewhere"

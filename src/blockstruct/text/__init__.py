@@ -10,43 +10,44 @@ from blockstruct.text.case import (
     admissible_state,
     capitalised,
     certificate_sentence,
-    more_ties_hold,
+    ended,
+    found_by,
     no_curve,
     pushed_states,
+    range_text,
+    response_sentences,
+    sentence,
     settled_schedules,
     statics_range,
-    tie_holds,
     tilting_table,
+    why,
 )
 from blockstruct.text.caveats import caveats
 from blockstruct.text.curve import curve_end
-from blockstruct.text.ending import ended, found_by, range_text, sentence, why
 from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
+from blockstruct.text.masses import pushed_masses
 from blockstruct.text.mechanism import (
-    LISTED,
     NO_COLLAPSE_STATE,
     SMALL,
     STEPS_OF_PATH,
     STEPS_OF_PROGRAMS,
-    body_sentence,
+    body_sentences,
     direction_text,
     failure_clause,
     joints_sentence,
-    more_bodies,
     more_ties,
     motion_clause,
     moving_sentence,
     smaller_bodies,
 )
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
-from blockstruct.text.record import response_sentences
-from blockstruct.text.supports import more_rollers, roller_sentence
-from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
+from blockstruct.text.numbers import BEYOND, FEW, LISTED, in_g, ratio_text, shown, told_apart
+from blockstruct.text.ties import holding_ties, kilonewton, roller_sentences, tie_sentence, tie_title
 
 __all__ = [
     # numbers
     "BEYOND",
+    "FEW",
     "in_g",
     "ratio_text",
     "shown",
@@ -73,13 +74,12 @@ __all__ = [
     "capitalised",
     "certificate_sentence",
     "curve_end",
-    "more_ties_hold",
     "no_curve",
+    "pushed_masses",
     "pushed_states",
     "response_sentences",
     "settled_schedules",
     "statics_range",
-    "tie_holds",
     "tilting_table",
     # the number of a case
     "LOAD_FACTOR",
@@ -95,18 +95,17 @@ __all__ = [
     "NO_COLLAPSE_STATE",
     "STEPS_OF_PATH",
     "STEPS_OF_PROGRAMS",
-    "body_sentence",
+    "body_sentences",
     "direction_text",
     "failure_clause",
     "joints_sentence",
-    "more_bodies",
     "more_ties",
     "motion_clause",
     "moving_sentence",
     "smaller_bodies",
     # supports
-    "more_rollers",
-    "roller_sentence",
+    "holding_ties",
+    "roller_sentences",
     # ties
     "kilonewton",
     "tie_sentence",

@@ -55,7 +55,7 @@ def assumption_sentences(
         Remark on parts of the structure that a check does not cover.
     """
     joints = model.joint_materials.values()
-    finite = ["beyond the collapse state of a pushover"] * scope.has_curve
+    finite = ["beyond the collapse state of a pushover" + " or a settlement" * scope.settles] * scope.has_curve
     finite += ["along the capacity curve of a check"] * scope.rotates
     finite += ["in the response to a record"] * scope.moves
     crushing = [np.isfinite(j.compressive_strength) for j in joints]
@@ -97,7 +97,7 @@ def assumption_sentences(
     if scope.has_curve:
         ties = ", and ties break at their elongation limits" if model.ties else ""
         texts.append(
-            "Beyond the collapse state a pushover follows the blocks through finite displacements, slowly and without "
+            "Beyond the collapse state a curve follows the blocks through finite displacements, slowly and without "
             "dynamic effects. Equilibrium and contacts refer to the displaced blocks; "
             f"{_corners(scope.corners)}{ties}."
         )

@@ -8,6 +8,7 @@ from blockstruct.limit import Outcome
 from blockstruct.text.answer import Answer
 from blockstruct.text.joints import EFFECT
 from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import FEW
 from blockstruct.vocabulary import Status, listed
 
 _JAMMED = (
@@ -35,8 +36,6 @@ _RAISED = (
     "to. The {answer} given is the one without crushing, whose history is not kept. Do not rely on the state shown."
 )
 _STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
-#: Block names that a sentence lists.
-_LISTED = 3
 
 
 def caveats(
@@ -82,5 +81,5 @@ def caveats(
         side = "more" if change > 0 else "less"
         apart = f"{abs(change):.0%} {side}" if abs(change) >= EFFECT else "the same"
         effect = f" Another procedure finds {answer.text(outcome.other_procedure)}, {apart}."
-    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, _LISTED), "effect": effect}
+    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, FEW), "effect": effect}
     return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)

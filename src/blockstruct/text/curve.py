@@ -1,21 +1,44 @@
-"""How the curve of a pushover ends, or why there is none."""
+"""How a capacity curve ends, or why there is none."""
 
+from blockstruct.model import MovingCase, Pushover
 from blockstruct.motion import CurveOutcome
 from blockstruct.vocabulary import CurveEnd, listed
 
 
-def curve_end(outcome: CurveOutcome, control: tuple[str, tuple[float, float, float]]) -> str:
+def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
     """Return a clause on the end of a curve, with what to do if there is none.
 
     Parameters
     ----------
     outcome
         Its facts.
-    control
-        Block and direction of the control point.
+    case
+        The pushover or settlement.
     """
-    block, direction = control
+    if outcome.end is CurveEnd.EARLIER_VERSION:
+        return "the file is of an earlier version, whose curves are no longer read: run the case again"
     names, at = listed(list(outcome.blocks)), f"at a displacement of {outcome.displacement:.6g} m"
+    if isinstance(case, Pushover):
+        return _end_of_pushover(outcome, case, names, at)
+    match outcome.end:
+        case CurveEnd.DISPLACEMENT_REACHED:
+            return f"the structure follows its supports up to a displacement of {outcome.displacement:.6g} m"
+        case CurveEnd.FALLS:
+            return f"the supports move by {outcome.displacement:.6g} m at most, then blocks fall ({names})"
+        case CurveEnd.LIMIT_REACHED:
+            return f"no end after {outcome.states} states: ask for more steps, or a smaller displacement"
+        case CurveEnd.BEGINS_ABOVE:
+            return (
+                "no curve: it would begin at a smaller reaction than that of the case, as blocks that move touch "
+                f"wherever faces do: forces at {names or 'faces larger than its interfaces'}. Give the interfaces that "
+                "are there, and compare the reactions"
+            )
+        case _:
+            return f"no forces that hold the blocks are found {at}, and the method ends"
+
+
+def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str) -> str:
+    block, direction = case.control
     moves = f"block {outcome.blocks[0]!r} moves furthest, along {_shown(outcome.direction)}" if outcome.blocks else ""
     match outcome.end:
         case CurveEnd.ZERO:
@@ -38,9 +61,7 @@ def curve_end(outcome: CurveOutcome, control: tuple[str, tuple[float, float, flo
                 f"the control point at block {block!r} does not move along {_shown(direction)} in the collapse "
                 f"mechanism, and there is no curve over its displacement; {moves}"
             )
-        case CurveEnd.EARLIER_VERSION:
-            return "the file is of an earlier version, whose curves are no longer read: run the case again"
-        case CurveEnd.BEGINS_ABOVE:
+        case _:
             where = f"{names}, where the model has no interface" if names else "faces larger than its interfaces"
             return (
                 f"no curve: with sharp corners it would begin at a load factor of {outcome.load_factor:.4g}, above "

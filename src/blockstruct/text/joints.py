@@ -6,11 +6,10 @@ import numpy as np
 
 from blockstruct.text.answer import Answer
 from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import FEW
 from blockstruct.vocabulary import counted, listed
 
-#: Joint names that a sentence lists.
-_LISTED = 3
-#: Share of a number below which a change of it has no note.
+#: Change of a number, relative to the number, below which it has no note.
 EFFECT = 0.01
 _REMEDIES = {
     NoteCode.CORNER_TORSION: 'torsion="uniform pressure" in the joints',
@@ -34,7 +33,7 @@ def torsion_note(joints: Sequence[str], times: float, share: float | None, answe
     at_corners
         Whether the joints limit torsion at their contact points alone, and not by an ellipsoid.
     """
-    names, most = listed(joints, _LISTED), "" if share is not None else "up to "
+    names, most = listed(joints, FEW), "" if share is not None else "up to "
     if at_corners:
         code = NoteCode.CORNER_TORSION
         excess = f"Friction at contact points carries {most}{times:.3g} times the torsion and shear"
@@ -84,7 +83,7 @@ def biaxial_note(joints: Sequence[str], times: float, *, is_reaction: bool) -> N
     """
     side = "too small" if is_reaction else "too large"
     text = (
-        f"Joints bent about both axes ({listed(joints, _LISTED)}) bear up to {times:.3g} times the eccentricity of "
+        f"Joints bent about both axes ({listed(joints, FEW)}) bear up to {times:.3g} times the eccentricity of "
         "their effective rectangle, because this case limits crushing about each axis separately. "
         f"The number may be {side}, by at most this factor if one joint governs. "
         'Run the case with crushing="conic" and crushing_interaction="biaxial".'

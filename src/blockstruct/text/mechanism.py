@@ -5,13 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.text.numbers import LISTED
 from blockstruct.vocabulary import AXES, coordinate, counted
 
 Array = NDArray[np.float64]
 
-#: Names or bodies that a text lists before it counts the rest.
-LISTED = 5
-#: Share of the moving weight below which bodies are summed in one line.
+#: Share of the whole weight, or of the largest value, below which a body, joint or force is not shown by itself.
 SMALL = 0.02
 #: Translation of a centroid, relative to the speed of its body, below which it counts as at rest.
 _STAYS = 1e-3
@@ -35,20 +34,19 @@ def moving_sentence(moving: int, free: int, bodies: int, share: float, *, carrie
     )
 
 
-def body_sentence(number: int, blocks: Sequence[str], share: float, motion: str) -> str:
-    """Return the sentence on a moving body, with a :func:`motion_clause`."""
-    names = _listed(blocks, "block")
-    return f"{number}. A body of {counted(len(blocks), 'block')} ({names}; {share:.0%} of the weight) {motion}."
+def body_sentences(bodies: Sequence[tuple[Sequence[str], float, str]]) -> list[str]:
+    """Return a sentence on each moving body: its blocks, its share of the weight, and a :func:`motion_clause`."""
+    sentences = []
+    for k, (blocks, share, motion) in enumerate(bodies[:LISTED], start=1):
+        names = f"{counted(len(blocks), 'block')} ({_listed(blocks, 'block')}; {share:.0%} of the weight)"
+        sentences.append(f"{k}. A body of {names} {motion}.")
+    more = len(bodies) - LISTED
+    return sentences + [f"{more} smaller {'body moves' if more == 1 else 'bodies move'}, too."] * (more > 0)
 
 
 def smaller_bodies(count: int) -> str:
     """Return the name of bodies that are summed."""
     return f"{counted(count, 'smaller body', 'smaller bodies')}"
-
-
-def more_bodies(count: int) -> str:
-    """Return the sentence on bodies that are not listed."""
-    return f"{count} smaller {'body moves' if count == 1 else 'bodies move'}, too."
 
 
 def more_ties(count: int) -> str:

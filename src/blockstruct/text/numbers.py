@@ -1,7 +1,9 @@
-"""Numbers as text."""
+"""Numbers as text, and how many names a text lists."""
 
 import numpy as np
 
+#: Names that a sentence lists, and names or bodies that a list has, before it counts the rest.
+FEW, LISTED = 3, 5
 #: An acceleration beyond the largest that a check tries.
 BEYOND = "more than 10 g"
 

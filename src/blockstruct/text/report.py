@@ -98,14 +98,14 @@ def between_directions(least: Sequence[tuple[str, float]], uncovered: Sequence[s
     return " ".join([*texts, *(f"Directions between those that were run {clause}." for clause in uncovered)])
 
 
-def curve_begins(alpha: float, *, is_rounded: bool) -> str:
+def curve_begins(answer: str, *, is_rounded: bool) -> str:
     """Return the clause on the first load factor of a capacity curve, if it differs from the case's."""
-    return f"the curve{' of rounded corners' if is_rounded else ''} begins at {alpha:.4g}"
+    return f"the curve{' of rounded corners' if is_rounded else ''} begins at {answer}"
 
 
-def pushover_curve(case: str, clauses: Sequence[str]) -> str:
-    """Return the sentence on the curve of a pushover."""
-    return f"Pushover “{case}”: {'; '.join(clauses)}."
+def curve_sentence(case: str, clauses: Sequence[str], *, settles: bool) -> str:
+    """Return the sentence on a capacity curve."""
+    return f"{'Settlement' if settles else 'Pushover'} “{case}”: {'; '.join(clauses)}."
 
 
 MORE_BREAKS = "further tie breaks follow below"

@@ -1,6 +1,10 @@
-"""Sentences on ties."""
+"""Sentences on ties, and on supports that hold some motions only."""
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from blockstruct.text.numbers import LISTED
 
 
 def tie_title(name: str, kind: str = "tie") -> str:
@@ -47,3 +51,29 @@ def tie_sentence(
 def kilonewton(force: float) -> str:
     """Return a force in N as text in kN."""
     return f"{force / 1e3:.4g} kN"
+
+
+def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Return a sentence on each support, with its reactions, N and N·m, in the motions that it holds.
+
+    >>> roller_sentences({"head": {"x": -7200.0, "ry": 0.0}})
+    ['Support head holds x with -7.2 kN and ry with 0 kN·m.']
+    """
+    sentences = []
+    for name, of_support in list(reactions.items())[:LISTED]:
+        parts = [f"{motion} with {kilonewton(value)}{'·m' * ('r' in motion)}" for motion, value in of_support.items()]
+        held = " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
+        sentences.append(f"Support {name} holds {held}.")
+    more = len(reactions) - LISTED
+    return sentences + [f"{more} more such supports have reactions: result.support_reactions."] * (more > 0)
+
+
+def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:
+    """Return a sentence on each tie that does not break: name, largest elongation, m, and largest force, N."""
+    sentences = []
+    for name, elongation, force in ties[:LISTED]:
+        title = tie_title(name)
+        lengthens = f"it lengthens by at most {1e3 * elongation:.4g} mm, under {kilonewton(force)} at most"
+        sentences.append(f"{title[:1].upper()}{title[1:]} holds: {lengthens}.")
+    more = len(ties) - LISTED
+    return sentences + [f"{more} more hold{'s' * (more == 1)}, too."] * (more > 0)

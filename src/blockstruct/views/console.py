@@ -13,8 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.units import SI_UNITS, short_unit
-from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
+from blockstruct.text.numbers import LISTED
+from blockstruct.units import SI_UNITS
+from blockstruct.views.study_text import answer_cell, answer_title, folded_table, parameter_columns, status_cell
 from blockstruct.views.words import (
     admissible_words,
     pushover_words,
@@ -64,20 +65,17 @@ def model_text(model: bs.Model) -> str:
     points = np.concatenate([b.shape.vertices for b in model.blocks])
     x, y, z = np.ptp(points, axis=0)
     fixed = [b.name for b in model.blocks if b.fixed]
-    more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
     rollers = [f"{b.name} holds {', '.join(b.held)}" for b in model.blocks if b.is_roller]
     weight = sum(b.weight for b in model.blocks if not b.fixed)
     text = (
-        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({', '.join(fixed[:5])}{more})\n"
+        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({listed(fixed, LISTED)})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
     if rollers:
-        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers, 5).replace(', ', '; ')}"
+        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers, LISTED).replace(', ', '; ')}"
     if model.ties:
-        rest = len(model.ties) - 5
-        names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
-        text += f"\n{counted(len(model.ties), 'tie')}: {names}"
+        text += f"\n{counted(len(model.ties), 'tie')}: {listed([tie.name for tie in model.ties], LISTED)}"
     return text
 
 
@@ -124,14 +122,10 @@ def archive_table(rows: pd.DataFrame) -> Table:
     units = rows.attrs.get("units", {})
     shown = rows[rows["problem"] == ""].to_dict("records")
     varied = [c for c in rows.columns if c.startswith("parameter_")]
-    shorts = short_names([name.removeprefix("parameter_") for name in varied])
     columns: list[tuple[str, list[str], JustifyMethod]] = [
         (name, [row[name] for row in shown], "left") for name in ("path", "case")
     ]
-    for name, short in zip(varied, shorts, strict=True):
-        unit = units.get(name, "dimensionless")
-        symbol = "" if " or " in unit else short_unit(unit)
-        columns.append((short + (f" [{symbol}]" if symbol else ""), [_cell(row[name]) for row in shown], "right"))
+    columns += parameter_columns(shown, varied, units, "parameter_")
     columns.append(("status", [status_cell(row) for row in shown], "left"))
     columns.append((answer_title(shown), [answer_cell(row) for row in shown], "right"))
     if any(math.isfinite(row["curve_end"]) for row in shown):
@@ -147,20 +141,13 @@ def _d0(row: Mapping[Any, Any]) -> str:
     return f"none, ends at {row['curve_end']:.4g}" if math.isfinite(row["curve_end"]) else ""
 
 
-def _cell(value: Any) -> str:
-    """Return a parameter as a table cell; empty if an analysis does not have it."""
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.6g}"
-    return str(value)
-
-
 def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
     """Return the results of an analysis as plain values for JSON.
 
     None stands for numbers that are not finite. Load factors, the four measures of certificates and counts are
     dimensionless. ``duration`` is in seconds.
     """
-    return {
+    summary = {
         "model": analysis.model.name,
         "model_hash": analysis.model.hash,
         "blocks": len(analysis.model.blocks),
@@ -174,7 +161,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "name": r.name,
                 "flow": r.case.flow.value,
                 "status": r.status.value,
-                "load_factor": None if r.answer.is_reaction else _finite(r.load_factor),
+                "load_factor": None if r.answer.is_reaction else r.load_factor,
                 "reaction": _reaction(r),
                 "iterations": r.n_iterations,
                 "duration": r.duration,
@@ -182,9 +169,9 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "path_dependence": r.path_dependence,
                 "text": str(r.headline),
                 "warnings": [*r.warnings, *r.owed, *_of_curve(r)],
-                "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
-                "certificate": None if r.certificate is None else _measures(r.certificate),
-                "ties": _rows(r.ties),
+                "admissible_load_factor": None if r.answer.is_reaction else r.admissible_load_factor,
+                "certificate": r.certificate and r.certificate.measures,
+                "ties": r.ties.reset_index().to_dict("records"),
                 "pushover": _pushover(r),
                 "record": _record(r),
             }
@@ -200,6 +187,16 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
             for name, spread in analysis.spreads.items()
         },
     }
+    return {name: plain(value) for name, value in summary.items()}
+
+
+def plain(value: Any) -> Any:
+    """Return a value for JSON, with None for numbers that are not finite."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _record(result: bs.CaseResult) -> dict[str, Any] | None:
@@ -208,7 +205,7 @@ def _record(result: bs.CaseResult) -> dict[str, Any] | None:
         return None
     last = result.response.isel(time=-1)
     return {
-        "collapse_time": _finite(result.collapse_time),
+        "collapse_time": result.collapse_time,
         "peak_displacement": float(last["peak_displacement"].max()),
         "time_step": float(last["time_step"]),
         "fallen": bs.results.fallen_blocks(result.model, result.response),
@@ -219,9 +216,9 @@ def _headline(headline: bs.results.Headline) -> dict[str, Any]:
     answer, ends = headline.answer, headline.path_range
     name, factor = ("reaction", answer.factor) if answer.is_reaction else ("load_factor", 1.0)
     return {
-        name: _finite(factor * headline.load_factor),
+        name: factor * headline.load_factor,
         "range": None if ends is None else sorted(factor * end for end in ends),
-        "associative": _finite(factor * headline.associative),
+        "associative": factor * headline.associative,
         "units": SI_UNITS[answer.dimension],
         "status": headline.status.value,
         "settled": headline.settled,
@@ -237,9 +234,9 @@ def _outcome(r: bs.CaseResult) -> dict[str, Any]:
         "procedure": o.procedure and o.procedure.value,
         "settled": o.settled,
         "drift": o.drift,
-        "peak": _finite(o.peak),
+        "peak": o.peak,
         "path_end": o.path_end and o.path_end.value,
-        "without_crushing": _finite(o.without_crushing),
+        "without_crushing": o.without_crushing,
         "hung": list(r.hung),
         "jammed": list(r.jammed),
     }
@@ -251,7 +248,7 @@ def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
         return None
     least, largest = r.reaction_range.magnitude if r.n_iterations else (math.nan, math.nan)
     values = {"value": r.reaction.magnitude, "least": float(least), "largest": float(largest)}
-    return {**{name: _finite(v) for name, v in values.items()}, "units": SI_UNITS[r.answer.dimension]}
+    return {**values, "units": SI_UNITS[r.answer.dimension]}
 
 
 def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
@@ -260,29 +257,17 @@ def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
     if curve is None:
         return None
     return {
-        "d0": _finite(float(curve["d0"])),
+        "d0": float(curve["d0"]),
         "ended": r.curve_ended,
         "states": curve.sizes["step"],
         "certified": int(curve["holds"].sum()),
-        "broken_ties": _rows(r.broken_ties),
+        "broken_ties": r.broken_ties.reset_index().to_dict("records"),
     }
 
 
 def _of_curve(r: bs.CaseResult) -> list[str]:
-    """Return the doubts on the curve of a pushover, or why it is missing."""
+    """Return the doubts on a capacity curve, or why it is missing."""
+    kind = "settlement" if isinstance(r.case, bs.SettlementCase) else "pushover"
     if r.capacity is not None:
-        return [f"pushover: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
-    return [f"pushover: {r.missing_curve}"] if r.missing_curve else []
-
-
-def _rows(table: pd.DataFrame) -> list[dict[str, Any]]:
-    rows = table.reset_index().to_dict("records")
-    return [{str(name): _finite(v) if isinstance(v, float) else v for name, v in row.items()} for row in rows]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _measures(certificate: bs.limit.Certificate) -> dict[str, float | bool | None]:
-    return {name: _finite(value) for name, value in certificate.measures.items()}
+        return [f"{kind}: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
+    return [f"{kind}: {r.missing_curve}"] if r.missing_curve else []

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.views.export.motion import pushover_motion
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, given_result
-from blockstruct.views.solids import Patches, Solids, triangles
-from blockstruct.views.ties import TieLines
+from blockstruct.views.solids import Patches, Solids, TieLines, triangles
 
 try:
     import pyvista as pv
@@ -28,9 +28,8 @@ Array = NDArray[np.float64]
 
 _PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties|response)-\d{4,}\.vtp")
 
-#: Array block that each piece of a pushover shows in each step.
-_SHOWN = {"pushover": "blocks", "pushed-ties": "ties"}
-_CONTROL = "displacement of the control point [meter]"
+#: Names of displaced pieces in ParaView.
+_ARRAYS = {"pushover": "blocks", "pushed-ties": "ties", "response": "blocks"}
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
@@ -66,49 +65,37 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         msg = f"case {result.name!r}: no iteration to export, {ended}; run the case again"
         raise bs.errors.ModelError(msg)
     folder = target.with_suffix("")
-    root, collection = _collection()
-    pushed, of_pushover = _collection()
+    plain, pushed = _collection(), _collection()
     still, written = _Still(model), set[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for i in range(0 if result.response is not None else result.n_iterations):
-            for part, (kind, piece) in enumerate(still.pieces(result, i).items()):
-                name = f"{kind}-{i:04}.vtp"
-                piece.save(folder / name)
-                written.add(folder / name)
-                entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
-                ElementTree.SubElement(collection, "DataSet", entry)
-        for k, (time, piece) in enumerate(still.responding(result)):
-            name = f"response-{k:04}.vtp"
-            piece.save(folder / name)
-            written.add(folder / name)
-            entry = {"timestep": f"{time:.9g}", "part": "0", "name": "blocks", "file": f"{folder.name}/{name}"}
-            ElementTree.SubElement(collection, "DataSet", entry)
-        for k, pieces in enumerate(still.pushed(result)):
+        for is_pushed, k, time, pieces in still.states(result):
             for part, (kind, piece) in enumerate(pieces.items()):
                 name = f"{kind}-{k:04}.vtp"
                 piece.save(folder / name)
                 written.add(folder / name)
-                what = {"timestep": str(k), "part": str(part), "name": _SHOWN[kind]}
-                ElementTree.SubElement(of_pushover, "DataSet", what | {"file": f"{folder.name}/{name}"})
+                entry = {"timestep": time, "part": str(part), "name": _ARRAYS.get(kind, kind)}
+                entry |= {"file": f"{folder.name}/{name}"}
+                ElementTree.SubElement((pushed if is_pushed else plain)[0], "DataSet", entry)
         for old in set(folder.iterdir()) - written:
             if _PIECE.fullmatch(old.name):
                 old.unlink()
     except OSError as error:
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.errors.StorageError(msg) from error
-    beside = target.with_name(f"{target.stem}-pushover.pvd")
-    if len(of_pushover):
-        _write_collection(pushed, beside)
+    of_pushover = target.with_name(f"{target.stem}-pushover.pvd")
+    if len(pushed[0]):
+        _write_collection(pushed, of_pushover)
     else:
-        beside.unlink(missing_ok=True)
-    return _write_collection(root, target)
+        of_pushover.unlink(missing_ok=True)
+    return _write_collection(plain, target)
 
 
-def _collection() -> tuple[ElementTree.Element, ElementTree.Element]:
-    """Return a file of pieces, and the element that lists them."""
+def _collection() -> ElementTree.Element:
+    """Return a file of pieces; its only element lists them."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
-    return root, ElementTree.SubElement(root, "Collection")
+    ElementTree.SubElement(root, "Collection")
+    return root
 
 
 def _write_collection(root: ElementTree.Element, target: Path) -> Path:
@@ -137,6 +124,15 @@ class _Still:
         self.interfaces.cell_data["area [meter ** 2]"] = areas[self.of_triangle]
         _name(self.interfaces, "interface names", [i.name for i in model.interfaces])
         self.ties = TieLines.of(model)
+
+    def states(self, result: bs.CaseResult) -> Iterator[tuple[bool, int, str, dict[str, "pv.PolyData"]]]:
+        """Return the pieces of each state with its number and time, and whether it is of the pushover."""
+        if result.response is None:
+            yield from ((False, i, str(i), self.pieces(result, i)) for i in range(result.n_iterations))
+        for k, (time, piece) in enumerate(self.responding(result)):
+            yield False, k, f"{time:.9g}", {"response": piece}
+        for k, pieces in enumerate(self.pushed(result)):
+            yield True, k, str(k), pieces
 
     def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:
         """Return blocks, interfaces, contact forces and resultants of an iteration."""
@@ -182,20 +178,20 @@ class _Still:
             return
         ties = "tie_force" in curve
         states = bs.results.pushed_tie_state(result.model, curve).to_numpy() if ties else np.empty(0)
-        of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
-        position, rotation = curve["position"].to_numpy(), bs.results.block_rotations(curve)
-        values = {"load factor [dimensionless]": curve["load_factor"], _CONTROL: curve["displacement"]}
+        motion = pushover_motion(result)
+        values = {"load factor [dimensionless]": curve["load_factor"]}
+        values |= {"displacement of the control point [meter]": curve["displacement"]}
+        values |= {"reaction [newton]": curve["reaction"]} if "reaction" in curve else {}
         for k in range(curve.sizes["step"]):
             blocks = self.blocks.copy()
-            moved = position[k, of] + np.einsum("vij,vj->vi", rotation[k, of], arm)
+            moved = motion.points(self.solids, k)
             blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
             blocks.points = moved
             pieces = {"pushover": blocks}
             if ties:
-                ends = self.ties.ends - self.solids.centroids[self.ties.blocks]
-                moved = position[k, self.ties.blocks] + np.einsum("meij,mej->mei", rotation[k, self.ties.blocks], ends)
+                ends = motion.moved(self.ties.ends, self.ties.blocks, self.solids.centroids, k)
                 at = curve.isel(step=k)
-                pieces["pushed-ties"] = piece = self._tie_lines(moved, at["tie_force"].to_numpy(), states[k])
+                pieces["pushed-ties"] = piece = self._tie_lines(ends, at["tie_force"].to_numpy(), states[k])
                 piece.cell_data["elongation [meter]"] = at["tie_elongation"].to_numpy()
             for piece in pieces.values():
                 for label, of_steps in values.items():

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -64,17 +65,14 @@ def bar(progress: Progress) -> Listener:
             case IterationDone(case, index, iteration):
                 done, total = index + 1, progress.tasks[task].total or 1
                 left = (progress.tasks[task].elapsed or 0.0) / done * (total - done)
-                alpha = iteration.load_factor
-                settles = isinstance(case, bs.SettlementCase)
-                answer = f"R = {-alpha:.4f} of the dead load" if settles else f"α = {alpha:.4f}"
                 text = (
-                    f"{place}{case.name}: numerical iteration {index}, {answer}, "
+                    f"{place}{case.name}: numerical iteration {index}, {_answer(case, iteration)}, "
                     f"gap {iteration.certificate.flow_rule_gap:.0e}"
                 )
                 rest = f"about {left:.0f} s left" if done < total else "longer than usual"
                 progress.update(task, completed=min(done, total), description=text, rest=rest)
-            case StepDone(case, index, step) if isinstance(case, bs.Pushover):
-                text = f"{case.name}: step {index}, {step.displacement * 1e3:.1f} mm, α = {step.load_factor:.4f}"
+            case StepDone(case, index, step):
+                text = f"{case.name}: step {index}, {step.displacement * 1e3:.1f} mm, {_answer(case, step)}"
                 progress.update(task, completed=min(index, case.steps), total=case.steps, description=text, rest="")
             case StateDone(case, index, state):
                 share = min((state.time - float(case.times[0])) / case.duration, 1.0)
@@ -86,3 +84,8 @@ def bar(progress: Progress) -> Listener:
                 progress.update(task, completed=progress.tasks[task].total, rest="")
 
     return listen
+
+
+def _answer(case: Any, state: Any) -> str:
+    alpha = state.load_factor
+    return f"R = {-alpha:.4f} of the dead load" if isinstance(case, bs.SettlementCase) else f"α = {alpha:.4f}"

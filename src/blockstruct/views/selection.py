@@ -3,10 +3,10 @@
 import operator
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.vocabulary import listed
 
 
 def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
@@ -44,8 +44,7 @@ def chosen_interface(model: bs.Model, name: str) -> int:
     """
     names = [i.name for i in model.interfaces]
     if name not in names:
-        shown = ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")
-        msg = f"model {model.name!r}: no interface {name!r}; it has {shown}"
+        msg = f"model {model.name!r}: no interface {name!r}; it has {listed(names)}"
         raise bs.errors.UnknownNameError(msg)
     return names.index(name)
 
@@ -66,18 +65,6 @@ def given_result(result: object, what: str) -> bs.CaseResult:
     raise bs.errors.ModelError(msg)
 
 
-#: Force, in units of ``contact_force_unit``, that counts as rounding within the tolerance of the certificate.
-ROUNDING = 1e-4
-
-
-def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> NDArray[np.bool_]:
-    """Return whether interfaces with these resultants are in compression beyond rounding, (iteration, I)."""
-    starts = np.searchsorted(history["interface_of_contact_point"], np.arange(history.sizes["interface"]))
-    floor = ROUNDING * np.add.reduceat(history["contact_force_unit"].to_numpy(), starts)
-    N = resultants["force"].sel(component="n").transpose("iteration", "interface")
-    return np.asarray(N.to_numpy() > floor)
-
-
 def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return points (I, 3) in m of compressed interfaces, else NaN, and forces (I, 3) in N.
 
@@ -85,7 +72,7 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     """
     history = result.history.isel(iteration=[iteration])
     resultants = bs.results.interface_resultants(history)
-    pressed = is_pressed(history, resultants)[0]
+    pressed = bs.results.is_pressed(history, resultants)[0]
     resultants = resultants.isel(iteration=0)
     frame = history["interface_frame"].to_numpy()
     e = resultants["eccentricity"].transpose("interface", "in_plane").to_numpy()

@@ -1,4 +1,4 @@
-"""Bodies of a model as flat arrays, for all views."""
+"""Bodies, interfaces and ties of a model as flat arrays, for all views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -76,11 +76,7 @@ class Solids:
         The largest translation of a centroid is 1 m: multiply by the amplitude in m. To first order, closed joints stay
         closed in the picture at any amplitude.
         """
-        found = bs.results.mechanism(result.history.isel(iteration=[iteration]))
-        shift = found["translation"].transpose("block", "axis").to_numpy()
-        turn = found["rotation"].transpose("block", "axis").to_numpy()
-        k = self.block_of_vertex
-        return np.asarray(shift[k] + np.cross(turn[k], self.vertices - self.centroids[k]))
+        return _displacement(result, iteration, self.block_of_vertex, self.vertices)
 
     def drawn_share(self, displacement: Array) -> float:
         """Return the share of the amplitude: 1, or less if corners move far.
@@ -120,6 +116,47 @@ class Patches:
         vertices = np.concatenate(polygons)
         corners, of_triangle = triangles(vertices, [np.arange(a, b) for a, b in pairwise(ends)])
         return cls(vertices, np.repeat(np.arange(len(polygons)), np.diff(ends)), corners, of_triangle)
+
+
+@dataclass(frozen=True, slots=True)
+class TieLines:
+    """Stretches of the ties of a model as lines.
+
+    Attributes
+    ----------
+    names : list of str
+    blocks : (M, 2) array
+        Block of each end.
+    ends : (M, 2, 3) array
+        m.
+    """
+
+    names: list[str]
+    blocks: Index
+    ends: Array
+
+    @classmethod
+    def of(cls, model: bs.Model) -> "TieLines":
+        """Return the lines of a model, in the order of the ties in its histories."""
+        segments = bs.ties.tie_segments(model.ties, model.blocks)
+        number = {b.name: i for i, b in enumerate(model.blocks)}
+        return cls(
+            names=[s.name for s in segments],
+            blocks=np.array([[number[b] for b in s.blocks] for s in segments], dtype=np.int64).reshape(-1, 2),
+            ends=np.array([(s.start, s.end) for s in segments], dtype=float).reshape(-1, 2, 3),
+        )
+
+    def displacement(self, result: bs.CaseResult, iteration: int) -> Array:
+        """Return the displacement (M, 2, 3) of the ends: see :meth:`Solids.displacement`."""
+        return _displacement(result, iteration, self.blocks, self.ends)
+
+
+def _displacement(result: bs.CaseResult, iteration: int, blocks: Index, points: Array) -> Array:
+    """Return the displacement (…, 3) of points (…, 3) of blocks (…,) in the mechanism of an iteration."""
+    moves = bs.results.mechanism(result.history.isel(iteration=[iteration]))
+    shift, turn = (moves[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation"))
+    arms = points - np.array([block.centroid for block in result.model.blocks])[blocks]
+    return np.asarray(shift[blocks] + np.cross(turn[blocks], arms))
 
 
 def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:

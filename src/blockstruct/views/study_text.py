@@ -18,8 +18,7 @@ from blockstruct.views.selection import compasses
 #: Rows that a terminal shows; the store holds the rest.
 _SHOWN = 50
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
-_WHOLE = 1000
-_FOLDS = ((_WHOLE, _WHOLE), (12, _WHOLE), (12, 12), (8, 8), (4, 4))
+_FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
 #: Runs of a summary without a finite load factor.
 _NOT_FINITE = ("unstable", "unbounded", "unknown")
 #: Characters between columns.
@@ -29,15 +28,9 @@ _GAP = 2
 def study_table(data: xr.Dataset) -> Table:
     """Return the table of a study, a row per case of each run: parameters, load factor, status, problem."""
     frame = bs.studies.frame_of(data)
-    units = frame.attrs["units"]
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
     rows = frame.head(_SHOWN).to_dict("records")
-    columns: list[tuple[str, list[str], JustifyMethod]] = []
-    for name, short in zip(varied, short_names(varied), strict=True):
-        symbol = short_unit(units.get(name, "dimensionless"))
-        values = [row[name] for row in rows]
-        cells = [f"{value:.6g}" if isinstance(value, float) else str(value) for value in values]
-        columns.append((short + (f" [{symbol}]" if symbol else ""), cells, "right"))
+    columns = parameter_columns(rows, varied, frame.attrs["units"])
     columns.append(("case", [row["case"] for row in rows], "left"))
     columns.append((answer_title(rows), [answer_cell(row) for row in rows], "right"))
     columns.append(("status", [_ending(row) for row in rows], "left"))
@@ -45,6 +38,24 @@ def study_table(data: xr.Dataset) -> Table:
     if len(frame) > _SHOWN:
         table.add_row(Text(f"… {len(frame)} rows"))
     return table
+
+
+def parameter_columns(
+    rows: Sequence[Mapping[Any, Any]], names: Sequence[str], units: Mapping[str, str], prefix: str = ""
+) -> list[tuple[str, list[str], JustifyMethod]]:
+    """Return the columns of parameters, with short names and units; a cell is empty if a row has no value."""
+    columns: list[tuple[str, list[str], JustifyMethod]] = []
+    for name, short in zip(names, short_names([name.removeprefix(prefix) for name in names]), strict=True):
+        unit = units.get(name, "dimensionless")
+        symbol = "" if " or " in unit else short_unit(unit)
+        columns.append((f"{short} [{symbol}]" if symbol else short, [_cell(row[name]) for row in rows], "right"))
+    return columns
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)
 
 
 def _ending(row: Mapping[Any, Any]) -> str:
@@ -68,14 +79,14 @@ class FoldedTable(Table):
         yield from super().__rich_console__(console, options.update_width(max(needed, options.max_width)))
 
 
-def _width(column: Column, of_texts: int, of_titles: int) -> int:
+def _width(column: Column, of_texts: float, of_titles: float) -> int:
     """Return the width of a column whose texts, or titles of numbers, fold at a number of characters."""
     cells, title = [str(cell) for cell in column.cells], str(column.header)
     if column.justify == "left":
-        return min(max(map(len, [title, *cells])), of_texts)
-    if of_titles < _WHOLE:
+        return int(min(max(map(len, [title, *cells])), of_texts))
+    if of_titles < math.inf:
         cells, title = [word for cell in cells for word in cell.split()], max(title.split(), key=len)
-    return max([min(len(title), of_titles), *map(len, cells)])
+    return int(max([min(len(title), of_titles), *map(len, cells)]))
 
 
 def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) -> Table:

@@ -14,6 +14,8 @@ STATE_COLOURS = {
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"
+#: Colours of named curves on one Axes, without the colour of marked points, from the same palette.
+CURVES = (ACCENT, "#009e73", "#cc79a7", "#000000")
 #: Colours of ties: of a model, and by their state.
 TIE = "#00664d"
 TIE_COLOURS = {
@@ -27,15 +29,16 @@ TIE_COLOURS = {
 }
 #: Blocks under other drawings.
 PALE_STONE, PALE_EDGE = "#f7f4ef", "#cfc8bd"
-#: Colours of a utilisation from 0 to 1, and the value that counts as full.
+#: Colours of a utilisation from 0 to 1.
 UTILISATION = ("#d8d3ca", "#56a3d0", "#003a5c")
-FULLY_USED = 0.999
 #: Colours of a displacement from zero to the largest: stone that becomes darker.
 DISPLACEMENT = (STONE, "#8fc1de", "#2f86c1", "#0a4f86")
 #: Colours of the moving macro-blocks, in turn: palette of Okabe & Ito (2008), light enough for edges to show.
 BODY_COLOURS = ("#56b4e9", "#e69f00", "#4dbd95", "#d79ac0", "#f0e442", "#7f9fd4", "#e2865a", "#a3a3a3")
-#: Largest drawn displacement of a mechanism, relative to the largest extent of the structure.
-AMPLITUDE = 0.08
+#: Largest drawn displacement of a mechanism, and longest arrow, relative to the largest extent of the structure.
+AMPLITUDE, ARROW = 0.08, 0.16
+#: Width of the lines of joints and ties, points.
+LINE = 2.0
 #: Measures of a certificate, and their lines.
 MEASURES = {
     "equilibrium_residual": ("equilibrium residual", "#0072b2", "o"),

@@ -6,10 +6,8 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.vocabulary import MOTIONS
+from blockstruct.vocabulary import MOTIONS, listed
 
-#: Holding ties of a pushover, and supports of some motions, that are listed.
-_LISTED = 5
 #: Statuses whose history may hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
@@ -62,31 +60,33 @@ def roller_words(result: bs.CaseResult) -> list[str]:
     values = np.hstack([found["force"].to_numpy(), found["moment"].to_numpy()])
     if not np.isfinite(values).all():
         return []
-    sentences = [
-        text.roller_sentence(b.name, {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held})
-        for b, row in zip(rollers[:_LISTED], values, strict=False)
-    ]
-    return sentences + [text.more_rollers(len(rollers) - _LISTED)] * (len(rollers) > _LISTED)
+    return text.roller_sentences(
+        {
+            b.name: {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held}
+            for b, row in zip(rollers, values, strict=True)
+        }
+    )
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:
-    """Return the sentences on a pushover beyond collapse: states, end, ties, or why it has no curve."""
-    curve = result.capacity
-    if curve is None or not isinstance(result.case, bs.Pushover):
+    """Return the sentences on the states beyond collapse: their number, end, ties, or why there is no curve."""
+    curve, case = result.capacity, result.case
+    if curve is None or not bs.model.has_curve(case):
         return [text.no_curve(result.missing_curve)] if result.missing_curve else []
-    block, direction = result.case.control
+    if isinstance(case, bs.Pushover):
+        point, direction = f"the control point on {case.control[0]}", case.control[1]
+    else:
+        point, direction = listed(case.supports, 3), case.direction
     along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
     clauses += bs.results.doubtful_words(curve, result.settings.procedure)
-    sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, block, along)]
+    sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
     if "tie_force" in curve:
-        names = [str(name) for name in curve["tie"].to_numpy()]
-        held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
-        longest, largest = (curve[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
-        sentences += [text.tie_holds(names[k], longest[k], largest[k]) for k in held[:_LISTED]]
-        sentences += [text.more_ties_hold(len(held) - _LISTED)] * (len(held) > _LISTED)
+        held = curve.isel(tie=np.isnan(curve["tie_break_displacement"].to_numpy()))
+        most = (held[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
+        sentences += text.holding_ties(list(zip(held["tie"].to_numpy(), *most, strict=True)))
     return sentences
 
 
@@ -98,7 +98,8 @@ def response_words(result: bs.CaseResult) -> list[str]:
 def without_curve_words(result: bs.CaseResult) -> str:
     """Return why a result has no capacity curve, and the remedy, as the end of a message."""
     reason = f"no capacity curve, {result.missing_curve or result.headline}"
-    return reason if isinstance(result.case, bs.Pushover) else f"{reason}; run a Pushover"
+    remedy = "give it a displacement" if isinstance(result.case, bs.SettlementCase) else "run a Pushover"
+    return reason if bs.model.has_curve(result.case) else f"{reason}; {remedy}"
 
 
 def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:

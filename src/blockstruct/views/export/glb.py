@@ -2,6 +2,7 @@
 
 import json
 import struct
+from enum import IntEnum
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,6 @@ from blockstruct.views.style import DISPLACEMENT, EDGE, SUPPORT
 
 Array = NDArray[np.float64]
 
-#: Codes of component types and of targets in glTF 2.0.
-_FLOAT, _UNSIGNED, _VERTICES, _INDICES = 5126, 5125, 34962, 34963
-#: Code of lines in glTF.
-_LINES = 1
 #: Number of colours for displacements.
 _SHADES = 32
 
@@ -57,6 +54,16 @@ def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None)
     return write_bytes(_glb(result, motion, "pushover" if pushed else "mechanism"), target)
 
 
+class _Code(IntEnum):
+    """Codes of glTF 2.0: of the mode of a primitive, of component types, and of targets."""
+
+    LINES = 1
+    UNSIGNED = 5125
+    FLOAT = 5126
+    VERTICES = 34962
+    INDICES = 34963
+
+
 class _Buffer:
     """The binary chunk, and the accessors of its arrays."""
 
@@ -67,7 +74,7 @@ class _Buffer:
 
     def add(self, array: NDArray[Any], kind: str, target: int | None = None) -> int:
         """Add an array (n,) or (n, k), and return the index of its accessor."""
-        whole = kind == "SCALAR" and target == _INDICES
+        whole = kind == "SCALAR" and target == _Code.INDICES
         data = array.astype("<u4" if whole else "<f4")
         start = sum(view["byteLength"] for view in self.views)
         view = {"buffer": 0, "byteOffset": start, "byteLength": data.nbytes}
@@ -75,7 +82,7 @@ class _Buffer:
         self.parts.append(data.tobytes())
         rows = data.reshape(len(data), -1)
         bounds = {} if whole else {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        component = _UNSIGNED if whole else _FLOAT
+        component = _Code.UNSIGNED if whole else _Code.FLOAT
         self.accessors.append(
             {"bufferView": len(self.views) - 1, "componentType": component, "count": len(data), "type": kind, **bounds}
         )
@@ -94,19 +101,19 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
         points, normals, triangles = _flat_faces(block)
         primitive = {
             "attributes": {
-                "POSITION": buffer.add(points - solids.centroids[k], "VEC3", _VERTICES),
-                "NORMAL": buffer.add(normals, "VEC3", _VERTICES),
+                "POSITION": buffer.add(points - solids.centroids[k], "VEC3", _Code.VERTICES),
+                "NORMAL": buffer.add(normals, "VEC3", _Code.VERTICES),
             },
-            "indices": buffer.add(triangles.ravel(), "SCALAR", _INDICES),
+            "indices": buffer.add(triangles.ravel(), "SCALAR", _Code.INDICES),
             "material": int(shade[k]),
         }
         shape = block.shape
         ends = {(min(a, b), max(a, b)) for face in shape.faces for a, b in pairwise((*face, face[0]))}
         lines = {
-            "attributes": {"POSITION": buffer.add(shape.vertices - solids.centroids[k], "VEC3", _VERTICES)},
-            "indices": buffer.add(np.array(sorted(ends)).ravel(), "SCALAR", _INDICES),
+            "attributes": {"POSITION": buffer.add(shape.vertices - solids.centroids[k], "VEC3", _Code.VERTICES)},
+            "indices": buffer.add(np.array(sorted(ends)).ravel(), "SCALAR", _Code.INDICES),
             "material": _SHADES + 1,
-            "mode": _LINES,
+            "mode": _Code.LINES,
         }
         meshes.append({"name": block.name, "primitives": [primitive, lines]})
         nodes.append({"name": block.name, "mesh": k, "translation": motion.position[0, k].tolist()})

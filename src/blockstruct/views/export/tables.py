@@ -17,7 +17,7 @@ from blockstruct.views.selection import shown_results
 def tables(analysis: bs.Analysis) -> dict[str, pd.DataFrame]:
     """Return the tables of an analysis: cases, blocks, interfaces, iterations, and states of pushovers and ties.
 
-    Forces, states and mechanism are those of the last iteration. Units are in the column names. Tables without rows are
+    Forces, states and mechanism belong to the last iteration. Units are in the column names. Tables without rows are
     left out.
     """
     results = [result for result in shown_results(analysis) if result.n_iterations]

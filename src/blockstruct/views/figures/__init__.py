@@ -25,19 +25,13 @@ except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
 from blockstruct.views.figures.capacity import capacity
-from blockstruct.views.figures.convergence import certificate, convergence
-from blockstruct.views.figures.curve import curve
-from blockstruct.views.figures.dimensions import dimensions
+from blockstruct.views.figures.diagrams import certificate, convergence, response, verification
 from blockstruct.views.figures.domain import crushing_domain
-from blockstruct.views.figures.forces import forces
-from blockstruct.views.figures.fragility import fragility
-from blockstruct.views.figures.loads import loads
+from blockstruct.views.figures.forces import forces, loads
 from blockstruct.views.figures.mechanism import mechanism
-from blockstruct.views.figures.response import response
 from blockstruct.views.figures.sheet import drawings, overview, write_figures
-from blockstruct.views.figures.structure import structure
-from blockstruct.views.figures.studies import compass, distribution, tornado
-from blockstruct.views.figures.verification import verification
+from blockstruct.views.figures.structure import dimensions, structure
+from blockstruct.views.figures.studies import compass, curve, distribution, fragility, tornado
 
 __all__ = [
     # of the structure

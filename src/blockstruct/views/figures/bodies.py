@@ -34,14 +34,16 @@ class Lines:
         m.
     interface : (L,) array
         Joint that each line bounds.
-    colours, widths, dashes
+    colours, dashes
         Of each line; a dash is ``"-"`` or an offset with lengths on and off.
+    width : float
+        Points.
     """
 
     ends: Array
     interface: Index
     colours: Array
-    widths: Array
+    width: float
     dashes: list[Any]
 
 
@@ -103,11 +105,12 @@ def bodies(
         drawn = np.flatnonzero(key >= 0)
         paths += [Path(p) for p in (lines.ends[drawn] @ basis.T)[..., :2]]
         ranks, depths = np.concatenate([ranks, key[drawn] + 0.5]), np.concatenate([depths, np.zeros(len(drawn))])
-        colours, edges = (
-            np.concatenate([colours, np.zeros((len(drawn), 4))]),
-            np.concatenate([edges, lines.colours[drawn]]),
+        colours = np.concatenate([colours, np.zeros((len(drawn), 4))])
+        edges = np.concatenate([edges, lines.colours[drawn]])
+        widths, dashes = (
+            np.concatenate([widths, np.full(len(drawn), lines.width)]),
+            dashes + [lines.dashes[k] for k in drawn],
         )
-        widths, dashes = np.concatenate([widths, lines.widths[drawn]]), dashes + [lines.dashes[k] for k in drawn]
     order = np.lexsort((depths, ranks))
     return PathCollection(
         [paths[k] for k in order],

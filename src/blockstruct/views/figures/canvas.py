@@ -10,26 +10,25 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import Collection, LineCollection, PolyCollection
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.textpath import TextPath
 
 import blockstruct as bs
 from blockstruct.views.figures.bodies import Lines, bodies
-from blockstruct.views.solids import Solids
-from blockstruct.views.style import EDGE, GHOST, STONE, SUPPORT, TIE, TIE_COLOURS
-from blockstruct.views.ties import TieLines
+from blockstruct.views.solids import Solids, TieLines
+from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
 from blockstruct.views.view import View, round_value
 
 Array = npt.NDArray[np.float64]
 
-_BODIES, _GHOST, _OVER, _TIES = 1.0, 0.5, 4.0, 3.5
-_TIE = 2.2
-#: Width of a legend key with its gap, and of a letter of its text, inches.
-_KEY, _LETTER = 0.5, 0.06
+#: Width of the shaft of the longest arrow, relative to its length; width of the shortest, relative to that.
+_SHAFT, _SHORTEST = 0.05, 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """Axes with the view that they show."""
+    """Axes with the view that they show. Later drawings cover earlier ones, and texts cover drawings."""
 
     ax: Any
     view: View
@@ -62,20 +61,22 @@ class Canvas:
         edge: tuple[str, float] = (EDGE, 0.4),
     ) -> None:
         """Draw all blocks from back to front, with lines on their faces."""
-        self.add(bodies(model, solids, vertices, self.view.basis, fill, edge, lines, zorder=_BODIES))
+        self.add(bodies(model, solids, vertices, self.view.basis, fill, edge, lines))
 
     def ghost(self, model: bs.Model, solids: Solids) -> None:
         """Draw the faint outline of the blocks at rest under everything, in elevations only."""
         if self.view.flat:
             edge = (GHOST, 0.6)
             still = bodies(model, solids, solids.vertices, self.view.basis, ["white"] * len(model.blocks), edge)
-            still.set(facecolors="none", zorder=_GHOST)
+            still.set(facecolors="none")
             self.add(still)
 
-    def arrows(self, tails: Array, vectors: Array, widths: npt.ArrayLike, colour: str) -> None:
-        """Draw arrows (n, 3) over everything, with shafts of these widths (n,) in m."""
-        shapes = _arrow(self.view.project(tails), self.view.project(vectors), np.asarray(widths, dtype=float))
-        self.add(PolyCollection(list(shapes), facecolors=colour, edgecolors="white", linewidths=0.3, zorder=_OVER))
+    def arrows(self, tails: Array, vectors: Array, colour: str) -> None:
+        """Draw arrows (n, 3), m. The longer an arrow, the wider its shaft."""
+        length = np.linalg.norm(vectors, axis=1)
+        widths = _SHAFT * (_SHORTEST * length.max() + (1 - _SHORTEST) * length)
+        shapes = _arrow(self.view.project(tails), self.view.project(vectors), widths)
+        self.add(PolyCollection(list(shapes), facecolors=colour, edgecolors="white", linewidths=0.3))
 
     def ties(self, shown: bs.Model | bs.CaseResult, iteration: int = -1, factor: float = 0.0) -> dict[str, Any]:
         """Draw ties over the blocks, coloured by state for a result; return handles of a legend.
@@ -101,21 +102,23 @@ class Canvas:
         seen = self.view.project(ends)
         colours = [TIE] * len(ends) if states is None else [TIE_COLOURS[state] for state in states]
         # A white margin separates the line from edges next to it.
-        self.add(LineCollection(list(seen), colors="white", linewidths=_TIE + 1.6, zorder=_TIES, capstyle="round"))
-        self.add(LineCollection(list(seen), colors=colours, linewidths=_TIE, zorder=_TIES, capstyle="round"))
-        self.ax.scatter(*seen.reshape(-1, 2).T, s=9, c=np.repeat(colours, 2), zorder=_TIES, marker="s", clip_on=False)
+        self.add(LineCollection(list(seen), colors="white", linewidths=LINE + 1.6, capstyle="round"))
+        self.add(LineCollection(list(seen), colors=colours, linewidths=LINE, capstyle="round"))
+        ends_of = self.ax.scatter(*seen.reshape(-1, 2).T, s=9, c=np.repeat(colours, 2), marker="s", clip_on=False)
+        ends_of.set_zorder(len(self.ax.collections))
         named = (
             {"tie": TIE} if states is None else {f"tie, {state}": TIE_COLOURS[state] for state in sorted(set(states))}
         )
-        return {name: Line2D([], [], color=colour, lw=_TIE) for name, colour in named.items()}
+        return {name: Line2D([], [], color=colour, lw=LINE) for name, colour in named.items()}
 
     def text(self, point: Array, text: str, **style: Any) -> None:
         """Write a text at a point (3,)."""
         x, y = self.view.project(point)
-        self.ax.text(x, y, text, fontsize="small", zorder=_OVER + 1, clip_on=False, **style)
+        self.ax.text(x, y, text, fontsize="small", zorder=np.inf, clip_on=False, **style)
 
     def add(self, collection: Collection) -> Any:
         """Add a collection without changing the limits, which :meth:`frame` sets."""
+        collection.set_zorder(len(self.ax.collections))
         return self.ax.add_collection(collection, autolim=False)
 
     def scale(self, mapping: ScalarMappable, label: str, extend: str = "neither") -> None:
@@ -142,13 +145,13 @@ class Canvas:
     def _triad(self, points: Array, low: Array, high: Array) -> Array:
         """Draw the axes in the lower left corner; return the lower left end of the drawing."""
         size = float((high - low).max())
-        length = round_value(0.16 * size)
+        length = round_value(ARROW * size)
         axes = length * np.eye(3)
         ends = self.view.project(axes)
         # Next to the structure, as low as it is.
         place = np.array([low[0] - ends[:, 0].max() - 0.06 * size, low[1] - min(ends[:, 1].min(), 0)])
         origin = place @ self.view.basis[:2]
-        self.arrows(np.repeat(origin[None], 3, axis=0), axes, np.full(3, 0.004 * size), "0.35")
+        self.arrows(np.repeat(origin[None], 3, axis=0), axes, "0.35")
         for name, axis in zip("xyz", axes, strict=True):
             self.text(origin + 1.22 * axis, name, color="0.35", ha="center", va="center")
         self.text(origin - np.array([0, 0, 0.07 * size]), f"{length:g} m", color="0.35", ha="center", va="top")
@@ -181,19 +184,22 @@ def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequenc
         handles, labels = ax.get_legend_handles_labels()
     if not handles:
         return
-    # An entry takes about 1.6 inches, or more if its text is long.
-    entry = max(1.6, _KEY + _LETTER * max(map(len, labels)))
-    columns = max(1, int(ax.get_position(original=True).width * ax.get_figure(root=True).get_size_inches()[0] / entry))  # type: ignore[union-attr]
+    size, spacing = FontProperties(size="small").get_size_in_points(), 1.4
+    rc = plt.rcParams
+    key = (rc["legend.handlelength"] + rc["legend.handletextpad"] + spacing) * size
+    entry = key + max(TextPath((0, 0), label, size=size).get_extents().width for label in labels)
+    figure = ax.get_figure(root=True)
+    width = ax.get_position(original=True).width * figure.get_size_inches()[0]  # type: ignore[union-attr]
     ax.legend(
         handles,
         labels,
-        ncols=columns,
+        ncols=max(1, int(72 * width / entry)),
         loc="lower left",
         bbox_to_anchor=(0, 1.01),
         borderaxespad=0,
         frameon=False,
         fontsize="small",
-        columnspacing=1.4,
+        columnspacing=spacing,
     )
 
 
@@ -209,6 +215,6 @@ def new_axes(ax: Axes | None) -> Axes:
     return axes
 
 
-def next_colour(ax: Axes, colours: tuple[str, ...]) -> str:
+def next_colour(ax: Axes) -> str:
     """Return the colour of the next named curve on the Axes."""
-    return colours[len(ax.get_legend_handles_labels()[1]) % len(colours)]
+    return CURVES[len(ax.get_legend_handles_labels()[1]) % len(CURVES)]

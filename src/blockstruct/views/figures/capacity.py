@@ -1,4 +1,4 @@
-"""The capacity curve of a pushover."""
+"""The capacity curve of a pushover or a settlement."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -7,24 +7,22 @@ import blockstruct as bs
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import given_result
-from blockstruct.views.style import ACCENT, FORCE
+from blockstruct.views.style import FORCE
 from blockstruct.views.words import without_curve_words
-
-#: Without the colour of marked points.
-_COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
+from blockstruct.vocabulary import listed
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw the load factor of a pushover over the displacement of its control point.
+    """Draw the load factor of a pushover, or the reaction of a settlement, over the displacement.
 
     The line falls at tie breaks, which dotted lines mark. States whose certificate does not hold are drawn
-    as crosses. The displacement at which the load factor is zero is marked; if the curve ends before, the last
-    state is, with a ring.
+    as crosses. ``d0`` is marked: the displacement at which the load factor is zero, or the largest one of the supports
+    before blocks fall. If the curve ends before, the last state is, with a ring.
 
     Parameters
     ----------
     result
-        The result of a :class:`~blockstruct.Pushover`.
+        The result of a :class:`~blockstruct.Pushover`, or a :class:`~blockstruct.SettlementCase` with a displacement.
     label
         Name in the legend, for several curves on one Axes.
     ax
@@ -36,14 +34,19 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         If the result has no capacity curve.
     """
     curve = given_result(result, "capacity").capacity
-    if curve is None:
+    if curve is None or not bs.model.has_curve(result.case):
         msg = f"case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
-    displacement, load_factor = (curve[name].to_numpy() for name in ("displacement", "load_factor"))
+    settles = "reaction" in curve
+    displacement, value = (
+        curve[name].to_numpy() for name in ("displacement", "reaction" if settles else "load_factor")
+    )
+    per, force = readable(value, "N") if settles else (1.0, "-")
+    load_factor = value * per
     holds = curve["holds"].to_numpy() > 0
     factor, unit = readable(displacement, "m")
     ax = new_axes(ax)
-    colour = next_colour(ax, _COLOURS)
+    colour = next_colour(ax)
     ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
     ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
     ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
@@ -57,6 +60,8 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
             ha="right",
             va="top",
         )
+        if settles:
+            ax.axvline(d0 * factor, color=FORCE, lw=0.8, ls="--", zorder=0)
     else:
         ax.plot(displacement[-1:] * factor, load_factor[-1:], "o", mfc="none", mec=FORCE, ms=9)
     broken = result.broken_ties
@@ -74,8 +79,11 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
             color=FORCE,
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
-    block, _ = result.case.control if isinstance(result.case, bs.Pushover) else ("", ())
-    ax.set(xlabel=f"displacement of the control point on {verbatim(block)} [{unit}]", ylabel="load factor α [-]")
+    if isinstance(result.case, bs.SettlementCase):
+        what, ylabel = listed(result.case.supports, 3), f"reaction R [{force}]"
+    else:
+        what, ylabel = f"the control point on {result.case.control[0]}", "load factor α [-]"
+    ax.set(xlabel=f"displacement of {verbatim(what)} [{unit}]", ylabel=ylabel)
     # From zero, with room for a text below it.
     ax.update_datalim([(0.0, -0.06 * load_factor.max())])
     ax.autoscale_view()

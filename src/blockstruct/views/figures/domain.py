@@ -18,12 +18,7 @@ _CUTS = 65
 
 
 def crushing_domain(
-    result: bs.CaseResult,
-    interface: str,
-    *,
-    about: str = "s",
-    iteration: int = -1,
-    ax: Axes | None = None,
+    result: bs.CaseResult, interface: str, *, about: str = "s", iteration: int = -1, ax: Axes | None = None
 ) -> Axes:
     """Draw the N–M domain of an interface that crushes, and its iterations.
 

@@ -1,36 +1,27 @@
-"""Forces between blocks: arrows and the thrust line."""
+"""Forces between blocks, with the thrust line, and the loads of a case."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.text import SMALL
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, given_result
-from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, TIE
-from blockstruct.views.ties import TieLines
-from blockstruct.views.view import round_value
+from blockstruct.views.figures.canvas import Canvas, legend_above, verbatim
+from blockstruct.views.selection import application_points, chosen_iteration, given_result
+from blockstruct.views.solids import Solids, TieLines
+from blockstruct.views.style import ACCENT, ARROW, FORCE, PALE_EDGE, PALE_STONE, TIE
+from blockstruct.views.view import load_arrows, round_value
 
 Array = NDArray[np.float64]
 
-#: Length and width of the longest arrow, relative to the largest extent of the structure.
-LONGEST, _WIDEST = 0.15, 0.008
-#: Least length of a drawn arrow, relative to the longest; least width of a shaft, relative to the widest.
-_LEAST, _SLENDEREST = 0.02, 0.3
-
 
 def forces(
-    result: bs.CaseResult,
-    *,
-    at: str = "interfaces",
-    iteration: int = -1,
-    look: Any = None,
-    ax: Axes | None = None,
+    result: bs.CaseResult, *, at: str = "interfaces", iteration: int = -1, look: Any = None, ax: Axes | None = None
 ) -> Axes:
     """Draw forces on the plus blocks and in ties, and the thrust line.
 
@@ -61,7 +52,7 @@ def forces(
         frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
         points = history["contact_point_position"].to_numpy()
         force = np.einsum("kc,kca->ka", history["contact_force"].transpose("contact_point", "component"), frame)
-        acts = np.linalg.norm(force, axis=1) > ROUNDING * history["contact_force_unit"].to_numpy()
+        acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
     else:
         msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
         raise bs.errors.ModelError(msg)
@@ -77,19 +68,18 @@ def forces(
         lines = canvas.view.project(_thrust_segments(model, points))
         # If few blocks have just two compressed joints, the segments do not form a line.
         if len(lines) >= sum(not b.fixed for b in model.blocks) / 2:
-            canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3, zorder=3))
+            canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3))
     size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
-    shown = np.flatnonzero(size > _LEAST * size.max())
+    shown = np.flatnonzero(size > SMALL * size.max())
     shown = shown[np.argsort(size[shown])]
     canvas.ties(result, index)
     _tie_forces(canvas, result, index)
-    scale, widest = LONGEST * solids.size / size.max(), _WIDEST * solids.size
-    widths = widest * (_SLENDEREST + (1 - _SLENDEREST) * size / size.max())
-    canvas.arrows(points[shown], force[shown] * scale, widths[shown], FORCE)
+    scale = ARROW * solids.size / size.max()
+    canvas.arrows(points[shown], force[shown] * scale, FORCE)
     drawn = np.concatenate([solids.vertices, points[shown], (points + force * scale)[shown]])
     factor, unit = readable(size, "N")
     known = round_value(float(size.max()) * factor) / factor
-    key = _key(canvas, drawn, known * scale, widest * known / size.max(), f"{known * factor:g} {unit}")
+    key = _key(canvas, drawn, known * scale, f"{known * factor:g} {unit}")
     canvas.frame(np.concatenate([drawn, key]))
     return canvas.ax  # type: ignore[no-any-return]
 
@@ -109,13 +99,13 @@ def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
         canvas.text(ends.mean(axis=0) + away, text, color=TIE, ha=place[0], va=place[1], bbox=behind)
 
 
-def _key(canvas: Canvas, points: Array, length: float, width: float, text: str) -> Array:
+def _key(canvas: Canvas, points: Array, length: float, text: str) -> Array:
     """Draw an arrow with a round force above the structure; return its ends."""
     right, up = canvas.view.basis[:2]
     seen = canvas.view.project(points)
     high, size = seen.max(axis=0), float(np.ptp(seen, axis=0).max())
     tail = np.array([seen[:, 0].min(), high[1] + 0.07 * size]) @ canvas.view.basis[:2]
-    canvas.arrows(tail[None], length * right[None], [width], FORCE)
+    canvas.arrows(tail[None], length * right[None], FORCE)
     canvas.text(tail + (length + 0.02 * size) * right, text, color=FORCE, ha="left", va="center")
     return np.array([tail, tail + length * right + 0.03 * size * up])
 
@@ -133,3 +123,40 @@ def _thrust_segments(model: bs.Model, points: Array) -> Array:
     first = starts[(counts == 2) & ~fixed[found]]
     pairs = np.stack([interfaces[order][first], interfaces[order][first + 1]], axis=1)
     return np.asarray(points[pairs])
+
+
+def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) -> Axes:
+    """Draw the dead load without block weights, and the variable load.
+
+    Arrows end where the forces act. Their lengths are proportional to the forces, to one scale for each load; arrows
+    below 2 % of the longest are left out. The legend has the resultants. Forces on supports and couples are not drawn.
+
+    Parameters
+    ----------
+    result
+        The result of a case, with or without iterations.
+    look, ax
+        As in :func:`structure`.
+
+    Raises
+    ------
+    ModelError
+        If it is not the result of a case.
+    """
+    model = given_result(result, "loads").model
+    solids = Solids.of(model)
+    canvas = Canvas.of(result, ax, look)
+    canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    drawn, handles = [solids.vertices], {}
+    for arrows in load_arrows(result):
+        colour, times = (FORCE, " × load factor") if arrows.grows else (ACCENT, "")
+        vectors = arrows.force * (ARROW * solids.size / arrows.largest)
+        tails = arrows.point - vectors
+        canvas.arrows(tails, vectors, colour)
+        drawn.append(tails)
+        factor, unit = readable(np.array([arrows.largest]), "N")
+        text = f"{verbatim(arrows.name)}: {arrows.total * factor:.4g} {unit}{times}"
+        handles[text] = Line2D([], [], color=colour, lw=2)
+    canvas.frame(np.concatenate(drawn))
+    legend_above(canvas.ax, list(handles.values()), list(handles))
+    return canvas.ax  # type: ignore[no-any-return]

@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.units import readable, si
 from blockstruct.views.figures.canvas import Canvas, legend_above, stones
-from blockstruct.views.loads import driving, push
 from blockstruct.views.selection import chosen_iteration, given_result, moving_bodies
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import AMPLITUDE, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
+from blockstruct.views.style import AMPLITUDE, ARROW, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
+from blockstruct.views.view import driving, push
 
 Array = NDArray[np.float64]
 
-#: Length of the arrow of the push, relative to the extent of the structure.
-_PUSH = 0.16
 #: Half the width of a letter of its text, relative to the same extent.
 _LETTER = 0.014
 
@@ -106,16 +104,14 @@ def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displaceme
 def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]:
     """Return the colours (B, 4) of the blocks by macro-block, and the entries of a legend."""
     index, moving = moving_bodies(result, iteration)
-    palette = to_rgba_array([BODY_COLOURS[k % len(BODY_COLOURS)] for k in range(len(moving))]) if moving else None
-    fill = to_rgba_array(stones(result.model))
-    if palette is not None:
-        fill[index >= 0] = palette[index[index >= 0]]
+    fill, palette = to_rgba_array(stones(result.model)), to_rgba_array(BODY_COLOURS)
+    fill[index >= 0] = palette[index[index >= 0] % len(palette)]
     handles = [
-        Patch(facecolor=BODY_COLOURS[k], edgecolor=EDGE, label=f"{body.name}: {_weight(body)}")
-        for k, body in enumerate(moving[: len(BODY_COLOURS)])
+        Patch(facecolor=colour, edgecolor=EDGE, label=f"{body.name}: {_weight(body)}")
+        for body, colour in zip(moving, BODY_COLOURS, strict=False)
     ]
-    if len(moving) > len(BODY_COLOURS):
-        handles.append(Patch(facecolor="none", edgecolor="none", label=f"and {len(moving) - len(BODY_COLOURS)} more"))
+    if (more := len(moving) - len(handles)) > 0:
+        handles.append(Patch(facecolor="none", edgecolor="none", label=f"and {more} more"))
     return fill, handles
 
 
@@ -130,20 +126,21 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     if bs.vocabulary.Stage(result.history["stage"].to_numpy()[iteration]).is_of_dead_load:
         return np.empty((0, 3))
     at, forces = driving(result)
-    settles = isinstance(result.case, bs.SettlementCase)
+    supports = result.case.supports if isinstance(result.case, bs.SettlementCase) else ()
     # A reaction acts against the motion of its support.
-    direction = -push(result) if settles else push(result)
+    direction = -push(result) if supports else push(result)
     text = _answer(result, iteration)
     size = float(np.ptp(moved, axis=0).max())
-    length, gap = _PUSH * size, 0.025 * size
+    length, gap = ARROW * size, 0.025 * size
     if np.linalg.norm(canvas.view.project(direction)) < 0.3:
         canvas.ax.set_title(text, fontsize="small", color=FORCE, loc="right")
         return np.empty((0, 3))
     weight = np.linalg.norm(forces, axis=1)
     centre = weight @ at / weight.sum()
-    loads = () if settles else result.case.patterns[-1].loads
-    if settles:
-        of_supports = np.isin(solids.block_of_vertex, _supports(result))
+    loads = () if supports else result.case.patterns[-1].loads
+    if supports:
+        moving = np.array([b.name in supports for b in result.model.blocks])
+        of_supports = moving[solids.block_of_vertex]
         tip = centre + (float(((moved[of_supports] - centre) @ direction).min()) - gap) * direction
     elif all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
         tip = centre
@@ -155,7 +152,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
         above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
         tip = above @ canvas.view.basis[:2] + length / 2 * direction
     tail = tip - length * direction
-    canvas.arrows(tail[None], length * direction[None], [0.012 * size], FORCE)
+    canvas.arrows(tail[None], length * direction[None], FORCE)
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
@@ -170,12 +167,6 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
     away = upward if align["va"] == "bottom" else -upward
     return np.array([tail, tip, centre_of_text - across, centre_of_text + across, centre_of_text + away])
-
-
-def _supports(result: bs.CaseResult) -> list[int]:
-    """Return the indices of the moving supports."""
-    moving = result.case.supports if isinstance(result.case, bs.SettlementCase) else ()
-    return [i for i, b in enumerate(result.model.blocks) if b.name in moving]
 
 
 def _answer(result: bs.CaseResult, iteration: int) -> str:

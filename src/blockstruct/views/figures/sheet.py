@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,16 +14,14 @@ from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct.views.figures.capacity import capacity
-from blockstruct.views.figures.convergence import certificate, convergence
+from blockstruct.views.figures.diagrams import certificate, convergence, response
 from blockstruct.views.figures.domain import crushing_domain
-from blockstruct.views.figures.forces import forces
-from blockstruct.views.figures.loads import loads
+from blockstruct.views.figures.forces import forces, loads
 from blockstruct.views.figures.mechanism import mechanism
-from blockstruct.views.figures.response import response
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import made_folder, write_bytes
-from blockstruct.views.selection import compasses, is_pressed, shown_results
+from blockstruct.views.selection import compasses, shown_results
 
 #: Width and height, inches, of pictures of the structure and of diagrams; a page is 160 mm wide.
 _STRUCTURE, _DIAGRAM = (6.3, 4.0), (6.3, 3.0)
@@ -71,50 +68,40 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if not result.n_iterations:
         return []
     last = result.history.isel(iteration=[-1])
-    view = {"look": look}
     found: list[Drawing] = []
 
-    def add(name: str, caption: str, draw: Callable[..., Axes], size: tuple[float, float], **options: Any) -> None:
+    def add(name: str, caption: str, draw: Callable[..., Axes], **options: Any) -> None:
+        of_structure = draw in (mechanism, loads, structure, forces)
+        options |= {"look": look} if of_structure else {}
+        size = _STRUCTURE if of_structure else _DIAGRAM
         found.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
 
     if np.isfinite(last["block_velocity"]).all():
-        add("mechanism", "Mechanism of the last iteration, to first order", mechanism, _STRUCTURE, **view)
+        add("mechanism", "Mechanism of the last iteration, to first order", mechanism)
     plain = (bs.SelfWeight, bs.BodyForce)
     if not all(isinstance(load, plain) for p in result.case.patterns for load in p.loads):
-        add("loads", "Dead load without the weight of the blocks, and variable load", loads, _STRUCTURE, **view)
+        add("loads", "Dead load without the weight of the blocks, and variable load", loads)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
-        joints = "Joints that move in the mechanism; dashes combine the states of a joint"
-        add("states", joints, structure, _STRUCTURE, **view)
-        add("sliding", "Share of the sliding strength in use", structure, _STRUCTURE, colour="sliding", **view)
-    pressed = is_pressed(last, bs.results.interface_resultants(last)).any()
+        add("states", "Joints that move in the mechanism; dashes combine the states of a joint", structure)
+        add("sliding", "Share of the sliding strength in use", structure, colour="sliding")
+    pressed = bs.results.is_pressed(last, bs.results.interface_resultants(last)).any()
     if pressed:
-        add(
-            "forces",
-            "Resultants on the interfaces, and the line of thrust where there is one",
-            forces,
-            _STRUCTURE,
-            **view,
-        )
+        add("forces", "Resultants on the interfaces, and the line of thrust where there is one", forces)
     name, about = nearest_to_crushing(result)
     if pressed and name:
         blocks = "Depth of the stress block that the compressive strength needs in each joint"
-        add("crushing", blocks, structure, _STRUCTURE, colour="crushing", **view)
+        add("crushing", blocks, structure, colour="crushing")
     if name:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
-        add("domain", domain, crushing_domain, _DIAGRAM, interface=name, about=about)
+        add("domain", domain, crushing_domain, interface=name, about=about)
     if result.capacity is not None:
-        add("capacity", "Capacity curve: load factor over the displacement of the control point", capacity, _DIAGRAM)
+        add("capacity", "Capacity curve: load factor or reaction over the displacement", capacity)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
         along_path = (result.history["stage"] == bs.vocabulary.Stage.LOADING_PATH.value).any()
-        steps = "numerical steps, and steps of displacement along the loading path"
-        add(
-            "convergence",
-            f"{result.answer.name.capitalize()} of every iteration: "
-            f"{steps if along_path else 'numerical steps, not steps of load'}",
-            convergence,
-            _DIAGRAM,
-        )
-        add("certificate", "Certificate of every iteration, with its tolerances", certificate, _DIAGRAM)
+        steps = ", and steps of displacement along the loading path" if along_path else ", not steps of load"
+        every = f"{result.answer.name.capitalize()} of every iteration: numerical steps{steps}"
+        add("convergence", every, convergence)
+        add("certificate", "Certificate of every iteration, with its tolerances", certificate)
     return found
 
 
@@ -130,7 +117,7 @@ def overview(analysis: bs.Analysis) -> list[Drawing]:
         Drawing(
             f"directions-{k}" if several else "directions",
             f"{caption}: {name}" if several else caption,
-            partial(_compass, around),
+            lambda ax, around=around: compass(around, ax=ax),  # type: ignore[misc]
             _STRUCTURE,
             "polar",
         )
@@ -139,17 +126,8 @@ def overview(analysis: bs.Analysis) -> list[Drawing]:
     ]
 
 
-def _compass(around: bs.studies.Directions, ax: Axes) -> None:
-    compass(around, ax=ax)
-
-
 def write_figures(
-    analysis: bs.Analysis,
-    folder: str | Path,
-    *,
-    look: Any = None,
-    file_format: str = "png",
-    dpi: int = 200,
+    analysis: bs.Analysis, folder: str | Path, *, look: Any = None, file_format: str = "png", dpi: int = 200
 ) -> list[Path]:
     """Write the figures of all cases into a folder, and replace existing ones.
 
@@ -187,14 +165,11 @@ def write_figures(
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
         msg = f"analysis of {analysis.model.name!r}: no case has an iteration to draw ({ended}); run it again"
         raise bs.errors.ModelError(msg)
+    named_drawings = [(f"{case}-{one.name}", one) for case, sheet in sheets.items() for one in sheet]
+    named_drawings += [(one.name, one) for one in overview(analysis)]
     target = made_folder(folder)
     return [
-        write_bytes(drawing.picture(file_format, dpi), target / f"{case}-{drawing.name}.{file_format}")
-        for case, sheet in sheets.items()
-        for drawing in sheet
-    ] + [
-        write_bytes(drawing.picture(file_format, dpi), target / f"{drawing.name}.{file_format}")
-        for drawing in overview(analysis)
+        write_bytes(one.picture(file_format, dpi), target / f"{name}.{file_format}") for name, one in named_drawings
     ]
 
 

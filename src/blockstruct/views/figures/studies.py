@@ -1,4 +1,4 @@
-"""Figures of many analyses: compass, samples, first-order scatter."""
+"""Figures of many analyses: compass, curves over a parameter, samples, collapses, first-order scatter."""
 
 import math
 from typing import Any
@@ -10,12 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
-from blockstruct.views.figures.canvas import legend_above, new_axes, verbatim
+from blockstruct.text import SMALL
+from blockstruct.units import readable, short_unit
+from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.study_text import out_of_the_ordinary
 from blockstruct.views.style import ACCENT, FORCE, GHOST
 
-#: Contribution, relative to the largest, below which a bar is too small to see.
-_SEEN = 1e-3
+_SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
+_SYMBOLS = {"compressive_strength": "compressive strength f_c", "friction_coefficient": "friction coefficient μ"}
 
 
 def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None = None, ax: Any = None) -> Axes:
@@ -102,7 +104,7 @@ def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> A
         raise bs.errors.ModelError(msg)
     ax = new_axes(ax)
     size = np.abs(scatter["contribution"].to_numpy())
-    shown = scatter.isel(interface=slice(0, min(most, int((size > _SEEN * size.max(initial=0.0)).sum()))))
+    shown = scatter.isel(interface=slice(0, min(most, int((size > SMALL * size.max(initial=0.0)).sum()))))
     alpha, change = float(scatter["load_factor"]), shown["contribution"].to_numpy()
     rows = np.arange(len(change))
     ax.barh(rows, change, left=alpha, height=0.7, color=ACCENT, label="μ + σ")
@@ -173,4 +175,84 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     if lines := out_of_the_ordinary(found):
         ax.set_title("\n".join(lines), fontsize="small", loc="left", pad=22)
     legend_above(ax)
+    return ax
+
+
+def curve(data: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw load factors over the one parameter they depend on.
+
+    Parameters
+    ----------
+    data
+        ``load_factor`` over one coordinate with ``units``: of a case of a study, ``data.load_factor.sel(case=name)``.
+        Points where no load factor was found (NaN) leave a gap. The load factor at an absent value, NaN or infinite,
+        is a level line.
+    label
+        Name in the legend, for several curves on one Axes.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the data do not depend on just one parameter.
+    """
+    data = data["load_factor"] if isinstance(data, xr.Dataset) else data
+    if data.ndim != 1 or data.dims[0] not in data.coords:
+        over = ", ".join(map(str, data.dims)) or "nothing"
+        msg = f"curve: load factors over {over}; give them over one coordinate, as 'compressive_strength'"
+        raise bs.errors.ModelError(msg)
+    name = str(data.dims[0])
+    values = data[name].to_numpy().astype(float)
+    ordered = np.argsort(values, kind="stable")
+    is_finite = np.isfinite(values[ordered])
+    finite, absent = ordered[is_finite], ordered[~is_finite]
+    load_factor = data.to_numpy()
+    long_unit = str(data[name].attrs.get("units", "dimensionless"))
+    factor, unit = readable(values, _SHORT[long_unit]) if long_unit in _SHORT else (1.0, short_unit(long_unit) or "-")
+    ax = new_axes(ax)
+    colour = next_colour(ax)
+    (line,) = ax.plot(values[finite] * factor, load_factor[finite], "o-", color=colour, ms=4, lw=1.2, label=label)
+    for level in load_factor[absent]:
+        ax.axhline(level, color=line.get_color(), lw=1, ls="--")
+    ax.set(xlabel=f"{_SYMBOLS.get(name, name.replace('_', ' '))} [{unit}]", ylabel="load factor α [-]")
+    # From zero, with room for the points; fixed limits would cut off later curves.
+    ax.update_datalim([(0.0, 0.0)], updatex=False)
+    ax.autoscale_view()
+    if label:
+        legend_above(ax)
+    return ax
+
+
+def fragility(data: xr.Dataset, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw the share of collapses over a parameter, with its interval of confidence.
+
+    Parameters
+    ----------
+    data
+        From :func:`blockstruct.studies.fragility`.
+    label
+        Name in the legend, for several curves on one Axes.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the data are anything else.
+    """
+    if not isinstance(data, xr.Dataset) or not {"share", "low", "high"} <= set(data):
+        msg = f"fragility: {type(data).__name__} has no shares; give the Dataset of bs.studies.fragility(study)"
+        raise bs.errors.ModelError(msg)
+    name = str(data["share"].dims[0])
+    ordered = data.sortby(name)
+    values, share, low, high = (ordered[n].to_numpy() for n in (name, "share", "low", "high"))
+    ax = new_axes(ax)
+    colour = next_colour(ax)
+    ax.plot(values, share, "o-", color=colour, ms=4, lw=1.2, label=label)
+    ax.fill_between(values, low, high, color=colour, alpha=0.15, lw=0)
+    unit = str(data[name].attrs.get("units", "-")).replace("dimensionless", "-")
+    ax.set(xlabel=f"{name.replace('_', ' ')} [{unit}]", ylabel="share of collapses [-]", ylim=(-0.02, 1.02))
+    if label:
+        legend_above(ax)
     return ax

@@ -7,7 +7,6 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "page") from error
 
-from blockstruct.views.page.html import page_html, write_page
-from blockstruct.views.page.notebook import NotebookPage
+from blockstruct.views.page.html import NotebookPage, page_html, write_page
 
 __all__ = ["NotebookPage", "page_html", "write_page"]

@@ -418,10 +418,10 @@ function convergence() {
   }, {...config, displayModeBar: false});
 }
 
-/** Load factor of a step to four digits; where the curve ends at zero it is none. */
-function alpha(p, k) {
-  const value = p.load_factor[k];
-  return Math.abs(value) < 1e-4 * Math.abs(p.load_factor[0]) ? 0 : Number(value.toPrecision(4));
+/** Load factor or reaction of a step to four digits; where the curve ends at zero it is none. */
+function valueAt(p, k) {
+  const value = p.values[k];
+  return Math.abs(value) < 1e-4 * Math.abs(p.values[0]) ? 0 : Number(value.toPrecision(4));
 }
 
 function capacityCurve() {
@@ -431,13 +431,13 @@ function capacityCurve() {
   const n = p.displacement.length, k = shown.step;
   at("step").max = n - 1;
   at("step").value = k ?? 0;
-  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${alpha(p, k)}`;
+  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, ${p.symbol} = ${valueAt(p, k)}`;
   Plotly.react("capacity", [
-    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
+    {x: p.displacement.map(d => 1e3 * d), y: p.values, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
   ], {
     margin: {l: 48, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
-    xaxis: {title: {text: "displacement of the control point [mm]"}, rangemode: "tozero"},
-    yaxis: {title: {text: "α [-]"}, rangemode: "tozero"},
+    xaxis: {title: {text: "displacement [mm]"}, rangemode: "tozero"},
+    yaxis: {title: {text: `${p.symbol} [${p.unit}]`}, rangemode: "tozero"},
     shapes: k === null ? [] : [{type: "line", x0: 1e3 * p.displacement[k], x1: 1e3 * p.displacement[k], y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
   }, {...config, displayModeBar: false});
 }

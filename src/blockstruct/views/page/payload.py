@@ -14,16 +14,14 @@ import numpy.typing as npt
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.loads import load_arrows
-from blockstruct.views.selection import is_pressed, moving_bodies, shown_results
-from blockstruct.views.solids import Patches, Solids, triangles
+from blockstruct.views.selection import moving_bodies, shown_results
+from blockstruct.views.solids import Patches, Solids, TieLines, triangles
 from blockstruct.views.style import (
     ACCENT,
     AMPLITUDE,
     BODY_COLOURS,
     EDGE,
     FORCE,
-    FULLY_USED,
     GHOST,
     MEASURES,
     STATE_COLOURS,
@@ -33,8 +31,7 @@ from blockstruct.views.style import (
     UTILISATION,
     parts,
 )
-from blockstruct.views.ties import TieLines
-from blockstruct.views.view import eye
+from blockstruct.views.view import eye, load_arrows
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
@@ -79,7 +76,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
             "force": FORCE,
             "dead": ACCENT,
             "amplitude": AMPLITUDE,
-            "full": FULLY_USED,
+            "full": bs.results.FULLY_USED,
             "eye": eye(first).tolist(),
             "states": STATE_COLOURS,
             "ties": TIE_COLOURS,
@@ -162,6 +159,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
     history, resultants = result.history, result.resultants
     force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
     eccentricity = resultants["eccentricity"].transpose("iteration", "interface", "in_plane").to_numpy()
+    pressed = bs.results.is_pressed(history, resultants)[..., None]
     largest = np.nan_to_num(np.abs(force)).max(axis=(1, 2))
     states = result.states.to_numpy()
     texts, index = np.unique(states.astype(str), return_inverse=True)
@@ -183,7 +181,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
         "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
         "largest": np.where(largest > 0, largest, 1.0).tolist(),
         "force": _packed(force, "<f4"),
-        "eccentricity": _packed(np.where(is_pressed(history, resultants)[..., None], eccentricity, np.nan), "<f4"),
+        "eccentricity": _packed(np.where(pressed, eccentricity, np.nan), "<f4"),
         "states": texts.tolist(),
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
@@ -249,7 +247,9 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     return {
         "pushover": {
             "displacement": curve["displacement"].to_numpy().tolist(),
-            "load_factor": curve["load_factor"].to_numpy().tolist(),
+            "symbol": result.answer.symbol,
+            "unit": result.answer.unit or "-",
+            "values": curve["reaction" if "reaction" in curve else "load_factor"].to_numpy().tolist(),
             "motion": _packed(motion, "<f4"),
             **_pushed_ties(result.model, curve),
         }

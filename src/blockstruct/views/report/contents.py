@@ -1,5 +1,6 @@
 """Names and texts for the template of a report."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -8,20 +9,17 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
-from blockstruct.text import report
+from blockstruct.text import Scope, assumption_sentences, masses_below, report
 from blockstruct.units import readable
 from blockstruct.views.figures import drawings, overview
-from blockstruct.views.report.assumptions import assumptions, below_loads, pushed_masses
-from blockstruct.views.report.detection import detection_rows
-from blockstruct.views.report.notes import Notes
 from blockstruct.views.report.pictures import address, geometry_picture, mechanism_picture, relied_motion
-from blockstruct.views.report.pushovers import beginning_words
-from blockstruct.views.report.summary import relied_on
-from blockstruct.views.report.verification import checked, shared_sections, undemanded, verification
+from blockstruct.views.report.summary import beginning_words, relied_on
+from blockstruct.views.report.verification import Notes, checked, shared_sections, undemanded, verification
 from blockstruct.views.selection import shown_results
 from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
+    cells_of,
     certificate_words,
     pushover_words,
     range_words,
@@ -34,8 +32,10 @@ from blockstruct.vocabulary import counted
 
 #: Pictures of a case in the appendix, and their width and height, inches: three in a row.
 _DETAILS, _SMALL = ("forces", "domain", "convergence"), (3.4, 2.7)
-#: Loads of a pattern that are listed.
+#: Loads of a pattern, and findings of the detection, that are listed.
 _LISTED = 12
+#: Sentences on masses that the first page of a report has room for.
+_FEW = 2
 #: Loads whose weight follows from their position.
 _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
@@ -320,3 +320,69 @@ def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]], d
             if d.name in _DETAILS
         ],
     }
+
+
+def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
+    """Return the sentences on the masses of every push, each once."""
+    return list(dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results))))
+
+
+def below_loads(masses: Sequence[str]) -> Sequence[str]:
+    """Return the sentences on masses that the assumptions leave to the loads."""
+    return masses if len(masses) > _FEW else ()
+
+
+def assumptions(
+    model: bs.Model, results: Sequence[bs.CaseResult], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
+) -> list[str]:
+    """Return the assumptions of the model, the cases and their checks, as sentences."""
+    limit = [r for r in results if isinstance(r.case, bs.LimitCase)]
+    flows = {r.case.flow for r in limit}
+    scope = Scope(
+        settles=any(isinstance(r.case, bs.SettlementCase) for r in results),
+        moves=any(isinstance(r.case, bs.RecordCase) for r in results),
+        pushes=bool(limit),
+        is_associative=bs.Flow.ASSOCIATIVE in flows,
+        is_nonassociative=bs.Flow.NONASSOCIATIVE in flows,
+        has_curve=any(r.capacity is not None for r in results),
+        rotates=any(check.curve is not None and check.result.capacity is None for check in checks),
+        is_checked=bool(checks),
+        corners={r.name: r.case.corner_rounding for r in results if isinstance(r.case, bs.Pushover)},
+    )
+    masses = pushed_masses(model, results)
+    if len(masses) > _FEW:
+        masses = [masses_below(len(masses))]
+    return assumption_sentences(model, scope, cells_of(results), masses, bs.assess.lines.HIGHER)
+
+
+def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
+    """Return accepted and rejected contacts, with reasons: names of rows and the lines of each."""
+    report = model.detection
+    if report is None:
+        return [("interfaces", ["given to the model without a report of their detection"])]
+    found = [c for c in report.contacts if not c.reason]
+    lying = ", ".join(f"{area:.4g} m² {lie} joints" for lie, area in report.area_by_orientation.items())
+    rows = [
+        ("tolerances", [str(report.tolerances)]),
+        ("accepted", [f"{counted(len(found), 'interface')}, {lying}", report.largest_misfit]),
+    ]
+    by_hand = {i.name for i in model.interfaces} - {c.interface for c in found if not math.isnan(c.gap)}
+    if by_hand:
+        rows.append(("given, not measured", _listed(sorted(by_hand))))
+    why = Counter("blocks between" if c.is_hidden else c.reason for c in report.rejected)
+    rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
+    apart = [pair for pair in report.close if pair[2] > report.tolerances.gap]
+    if len(apart) < len(report.close):
+        rows.append(
+            ("touch along a line only", [counted(len(report.close) - len(apart), "pair of blocks", "pairs of blocks")])
+        )
+    if report.accepted_slivers:
+        rows.append(
+            ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])
+        )
+    return rows + [(kind, _listed(lines)) for kind, lines in report.listing()]
+
+
+def _listed(lines: list[str]) -> list[str]:
+    rest = len(lines) - _LISTED
+    return lines[:_LISTED] + ([f"and {rest} more"] if rest > 0 else [])

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.views.figures.dimensions import dimensions
+from blockstruct.views.figures.diagrams import verification
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import Drawing
-from blockstruct.views.figures.verification import verification
+from blockstruct.views.figures.structure import dimensions
 from blockstruct.views.selection import moving_bodies
 from blockstruct.views.style import BODY_COLOURS
 

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 import blockstruct as bs
 from blockstruct.text import NoteCode, report
-from blockstruct.views.report.notes import Notes
 from blockstruct.views.report.pictures import mechanism_picture, relied_motion
-from blockstruct.views.report.pushovers import beginning_words, curve_sentences
+from blockstruct.views.report.verification import Notes
 
 Check = bs.assess.LocalMechanismCheck
 
@@ -18,6 +18,10 @@ _WORST_FIRST = (
     *(bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.COLLAPSES, bs.Status.UNDECIDED),
     *(bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED),
 )
+#: Relative difference between the first load factor of a curve and the load factor of its case that is reported.
+_APART = 0.005
+#: Curves that the first page of a report has room for.
+_LISTED = 3
 #: Pushes up to which no compass is drawn.
 _FEW = 2
 
@@ -146,3 +150,55 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
 
 def _ratio(check: Check) -> str:
     return check.limit_state.ratio_text()
+
+
+def beginning_words(result: bs.CaseResult) -> str:
+    """Return the clause on where the curve of a pushover begins, if not at the load factor; else empty."""
+    if result.capacity is None:
+        return ""
+    first, load_factor = _first(result.capacity), result.load_factor
+    # A NaN compares as False.
+    if not abs(first - load_factor) > _APART * abs(load_factor):
+        return ""
+    rounded = isinstance(result.case, bs.Pushover) and result.case.corner_rounding
+    return report.curve_begins(result.answer.text(first), is_rounded=bool(rounded))
+
+
+def curve_sentences(
+    analysis: bs.Analysis, relied_on: str, checked: Sequence[str], *, has_doubt_note: bool = False
+) -> list[str]:
+    """Return a sentence on each curve that matters: relied on, checked, or below the number relied on.
+
+    It states where a curve begins and ends, and its first doubt, unless a note on the case relied on states that.
+    """
+    heads = analysis.headlines
+    curves = {name: curve for name in heads if (curve := analysis[name].capacity) is not None}
+    names = [name for name in dict.fromkeys([relied_on, *checked]) if name in curves]
+    names += [
+        name
+        for name, curve in curves.items()
+        if name not in names
+        and "reaction" not in curve
+        and beginning_words(analysis[name])
+        and _first(curve) < heads[relied_on].load_factor
+    ]
+    sentences = []
+    for name in names[:_LISTED]:
+        curve, procedure = curves[name], analysis[name].settings.procedure
+        breaks = bs.results.breaking_words(curve)
+        doubts = bs.results.doubtful_words(curve, procedure)
+        clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
+        if doubts:
+            clauses += [] if has_doubt_note and name == relied_on else doubts[:1]
+        elif breaks:
+            # The last of several breaks may be the one at which SLV ends.
+            clauses += [breaks[0], *([report.MORE_BREAKS] if breaks[1:] else [])]
+        if any(clauses):
+            sentences.append(report.curve_sentence(name, list(filter(None, clauses)), settles="reaction" in curve))
+    more = len(names) - _LISTED
+    return [*sentences, report.more_curves(more)] if more > 0 else sentences
+
+
+def _first(curve: xr.Dataset) -> float:
+    """Return the first load factor of a curve."""
+    return float(curve["load_factor"][0])

@@ -1,14 +1,28 @@
-"""Checks of local mechanisms in a report."""
+"""Checks of local mechanisms in a report, and their notes."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import blockstruct as bs
 from blockstruct.text import report
-from blockstruct.views.report.notes import Notes
 from blockstruct.views.report.pictures import capacity_picture
 
 Check = bs.assess.LocalMechanismCheck
+
+
+class Notes:
+    """Texts in the order in which they are first cited."""
+
+    def __init__(self) -> None:
+        self._number: dict[str, int] = {}
+
+    def numbers(self, texts: Iterable[str]) -> list[int]:
+        """Return the numbers of notes, and list those that are new."""
+        return [self._number.setdefault(text, len(self._number) + 1) for text in texts]
+
+    def listed(self) -> list[tuple[int, str]]:
+        """Return the number and the text of every note."""
+        return [(number, text) for text, number in self._number.items()]
 
 
 def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, Check]]:
@@ -71,7 +85,7 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
         "e_star": f"{verdict.governing.e_star:.3g}",
         "a0_star": f"{check.acceleration:.4g} m/s²",
         "notes": notes.numbers(note.text for note in check.notes),
-        "picture": capacity_picture(check),
+        "picture": {"is_detail": check.method == "linear", **picture} if (picture := capacity_picture(check)) else None,
         "sections": [
             {
                 "title": part.title,

@@ -1,10 +1,11 @@
-"""Joints that crush in cells, and the lever arm lost by cells."""
+"""Notes on joints whose conditions approximate crushing or torsion: cells, rectangles, contact points."""
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.text import Note, cells_note
+from blockstruct.results.interfaces import beyond_rectangle
+from blockstruct.text import Note, biaxial_note, cells_note
 
 Array = NDArray[np.float64]
 
@@ -14,6 +15,8 @@ _LEAST, _MOST = 0.001, 0.5
 _ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _AROUND = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 _DEPTHS = (1 - np.cos(np.linspace(0, np.pi, 101))) / 2
+#: Eccentricity, in multiples of the limit of the effective rectangle, from which it is reported.
+_BEYOND = 1.005
 
 
 def crushing_in_cells(history: xr.Dataset, *, is_reaction: bool = False) -> Note | None:
@@ -91,3 +94,20 @@ def parts_beyond(corners: Array, direction: Array, depths: Array) -> tuple[Array
     area, moment = (part * (p + q)).sum(axis=1) / 2, (part * (p**2 + p * q + q**2)).sum(axis=1) / 6
     turns = np.sign(area[np.abs(area).argmax()])
     return turns * area, turns * (moment + lines * area)
+
+
+def biaxial_crushing(history: xr.Dataset, *, is_reaction: bool = False) -> Note | None:
+    """Return the note on joints beyond their effective rectangle, or None.
+
+    Parameters
+    ----------
+    history
+        History of a case whose rectangles limit crushing about each axis separately.
+    is_reaction
+        Whether the answer is the least reaction of a support.
+    """
+    times = beyond_rectangle(history)
+    beyond = times[times > _BEYOND].sort_values(ascending=False)
+    if beyond.empty:
+        return None
+    return biaxial_note([str(name) for name in beyond.index], float(beyond.iloc[0]), is_reaction=is_reaction)

@@ -4,14 +4,11 @@ import numpy as np
 
 from blockstruct.model import BodyForce, Case, Model, SelfWeight, SettlementCase, kind_of
 from blockstruct.statics import applied_loads, carried_weights
+from blockstruct.text.numbers import FEW
+from blockstruct.text.ties import kilonewton
 from blockstruct.vocabulary import listed
 
-_NAMES = {
-    "weight": "concentrated weights",
-    "line_load": "line loads",
-    "area_load": "area loads",
-    "fill_load": "fill",
-}
+_NAMES = {"weight": "concentrated weights", "line_load": "line loads", "area_load": "area loads", "fill_load": "fill"}
 
 
 def pushed_masses(model: Model, case: Case) -> str:
@@ -36,20 +33,20 @@ def _of_push(model: Model, case: Case) -> str:
         chosen = free[carried.block] & (names[carried.load] == name)
         weight, pushed = (float(column[chosen].sum()) for column in (carried.weight, carried.pushed))
         if weight:
-            share = "" if pushed == weight else f" (of {_kn(weight)})"
-            parts.append(f"{_kn(pushed)} {name}{share}")
-    said = f"Pushed weight: {' + '.join([f'{_kn(own)} masonry', *parts])}."
+            share = "" if pushed == weight else f" (of {kilonewton(weight)})"
+            parts.append(f"{kilonewton(pushed)} {name}{share}")
+    text = f"Pushed weight: {' + '.join([f'{kilonewton(own)} masonry', *parts])}."
     on_supports = float(carried.weight[~free[carried.block]].sum())
     if on_supports > 1e-9 * own:
-        said += f" Weights of {_kn(on_supports)} on supports do nothing."
+        text += f" Weights of {kilonewton(on_supports)} on supports do nothing."
     if not any(isinstance(load, SelfWeight) for load in case.dead.loads):
-        said += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
-    found = applied_loads(model, case.dead)
+        text += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
+    applied = applied_loads(model, case.dead)
     massless = np.array([kind_of(load) in ("point_load", "face_load") for load in case.dead.loads])
-    down = -float(found.force[massless[found.load] & free[found.block], 2].sum())
+    down = -float(applied.force[massless[applied.load] & free[applied.block], 2].sum())
     if down > 1e-9 * max(own, 1.0):
-        said += f" Forces of {case.dead.name!r}, {_kn(down)} downwards, have no mass and are not pushed."
-    return said
+        text += f" Forces of {case.dead.name!r}, {kilonewton(down)} downwards, have no mass and are not pushed."
+    return text
 
 
 def _on_supports(model: Model, case: Case) -> str:
@@ -58,19 +55,15 @@ def _on_supports(model: Model, case: Case) -> str:
     The own weight of supports does not count.
     """
     others = np.array([not isinstance(load, SelfWeight | BodyForce) for load in case.dead.loads])
-    found = applied_loads(model, case.dead)
+    applied = applied_loads(model, case.dead)
     fixed = np.array([b.fixed for b in model.blocks])
-    chosen = fixed[found.block] & others[found.load]
-    force, couple = (np.linalg.norm(part[chosen], axis=1).sum() for part in (found.force, found.couple))
-    parts = [f"forces of {_kn(force)}"] * bool(force) + [f"moments of {_kn(couple)}·m"] * bool(couple)
+    chosen = fixed[applied.block] & others[applied.load]
+    force, couple = (np.linalg.norm(part[chosen], axis=1).sum() for part in (applied.force, applied.couple))
+    parts = [f"forces of {kilonewton(force)}"] * bool(force) + [f"moments of {kilonewton(couple)}·m"] * bool(couple)
     if not parts:
         return ""
-    names = listed([model.blocks[k].name for k in np.unique(found.block[chosen])], 3)
+    names = listed([model.blocks[k].name for k in np.unique(applied.block[chosen])], FEW)
     return (
         f"Loads of {case.dead.name!r} on supports do nothing, {' and '.join(parts)} on {names}: a reaction is what "
         "joints and ties bring to the supports that give way."
     )
-
-
-def _kn(force: float) -> str:
-    return f"{force / 1e3:.4g} kN"

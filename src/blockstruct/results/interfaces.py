@@ -1,0 +1,406 @@
+"""Interfaces: resultants of their contact forces, utilisation of their strength, states, active joints."""
+
+from collections.abc import Callable, Hashable, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.units import SI_UNITS
+from blockstruct.vocabulary import ContactState, Stage
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: Force that counts as zero, within the tolerance of the certificate, in units of ``contact_force_unit`` or of a
+#: strength.
+NO_FORCE = 1e-4
+#: Relative velocity, relative to the largest, below which a joint is at rest. Solver tolerances move joints outside the
+#: mechanism by about a thousandth.
+AT_REST = 0.01
+#: Velocity, relative to the largest of a block, and share of a strength, that count as rounding.
+ROUNDING = 1e-6
+#: Utilisation from which a strength counts as fully used.
+FULLY_USED = 0.999
+#: Parts of a state, in the order of its text.
+_PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
+#: Text of each combination of parts, by the sum of their bits.
+_NAMES = np.array(
+    [
+        " + ".join(p.value for bit, p in enumerate(_PARTS) if code >> bit & 1) or ContactState.STICKING.value
+        for code in range(2 ** len(_PARTS))
+    ],
+    dtype=object,
+)
+#: Stages whose programs are associative, whatever the flow of the case.
+_ASSOCIATIVE = [Stage.DEAD_LOAD.value, Stage.ASSOCIATIVE.value, Stage.LARGEST_REACTION.value]
+
+
+def at_points(history: xr.Dataset, name: str) -> Array:
+    """Return a vector at contact points, (…, K, 3), components n, s and t."""
+    return np.asarray(history[name].transpose(..., "contact_point", "component").to_numpy())
+
+
+def first_points(history: xr.Dataset) -> NDArray[np.int64]:
+    """Return the first contact point of each interface, (J,)."""
+    return np.searchsorted(history["interface_of_contact_point"].to_numpy(), np.arange(history.sizes["interface"]))
+
+
+def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> Flags:
+    """Return whether interfaces with these resultants are in compression beyond rounding, (…, J)."""
+    N = resultants["force"].sel(component="n").transpose(..., "interface")
+    return np.asarray(N.to_numpy() > _floor(history))
+
+
+def interface_resultants(history: xr.Dataset) -> xr.Dataset:
+    """Return the resultants of every interface in every iteration.
+
+    Forces act on the plus block; moments are about the centroid of the interface.
+
+    Parameters
+    ----------
+    history
+        History of a case, or a selection of its iterations.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``force`` and ``moment``, component (n, s, t): N and V, torsion and bending. ``eccentricity``, component
+        (s, t): point of action of N from the centroid; NaN unless N is compression.
+    """
+    index = history["interface_of_contact_point"].to_numpy()
+    frame = history["interface_frame"].to_numpy()
+    arm = history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index]
+    f, starts = history["contact_force"].transpose(..., "contact_point", "component"), first_points(history)
+    at_point = np.cross(np.einsum("kca,ka->kc", frame[index], arm), f.to_numpy())
+    force, moment = (np.add.reduceat(values, starts, axis=-2) for values in (f.to_numpy(), at_point))
+    N = np.where(force[..., :1] > 0, force[..., :1], np.nan)
+    # With r = e_s s + e_t t, r × N n = N (e_t s − e_s t).
+    eccentricity = np.concatenate([-moment[..., 2:], moment[..., 1:2]], axis=-1) / N
+    dims = (*f.dims[:-2], "interface")
+    variables = {
+        "force": ("component", force, "force", "N, V_s, V_t on the plus block"),
+        "moment": ("component", moment, "moment", "torsion M_n, bending M_s, M_t"),
+        "eccentricity": ("in_plane", eccentricity, "length", "e_s, e_t of N"),
+    }
+    coords = {**_coords(history, (*dims, "component")), "in_plane": np.array(["s", "t"], dtype=object)}
+    return xr.Dataset(coords=coords).assign(
+        {
+            name: ((*dims, last), values, {"units": SI_UNITS[dimension], "long_name": long_name})
+            for name, (last, values, dimension, long_name) in variables.items()
+        }
+    )
+
+
+def _coords(history: xr.Dataset, dims: Sequence[Hashable]) -> dict[str, xr.Variable]:
+    """Return the names of iterations, interfaces and components, as far as the dimensions have them."""
+    names = ("iteration", "stage", "interface", "component")
+    return {name: history[name].variable for name in names if set(history[name].dims) <= set(dims)}
+
+
+def utilisation(history: xr.Dataset) -> xr.Dataset:
+    """Return utilisation and neutral-axis depth of every interface.
+
+    Parameters
+    ----------
+    history
+        History of a case, or a selection of its iterations.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions (iteration, interface):
+
+        - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 if all points slide, whether the
+          interface slips or twists. With the torsion of uniform pressure, at least ``‖(V, T / r̄)‖`` over the same sum.
+          0 if the joint never slides, NaN if the resistance is negligible.
+        - ``crushing``: N over the largest N that the joint carries at the same eccentricity. For rectangles without
+          tensile strength, ``N³ / (4 f_c A n_e n_f)`` at the weakest edges e and f of the effective rectangle: above 1
+          if uniaxial interaction bears too much. For cells, N over the strength of the cells that are pressed by more
+          than 1e-6 of their strength. 0 if the strength is infinite, NaN unless N is compression.
+        - ``neutral_axis_depth`` (m): depth of the uniform stress block about the resultant, ``2 (b / 2 − |e|)``, from
+          the governing edge; at most the depth of the interface, 0 at a hinge of infinite strength. NaN unless N is
+          compression.
+    """
+    starts, f = first_points(history), at_points(history, "contact_force")
+
+    def sum_of(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, starts, axis=-1))
+
+    friction = history["friction_coefficient"].to_numpy()
+    never = np.isinf(friction)
+    resistance = history["cohesion"].to_numpy() + np.where(never, 0.0, friction) * f[..., 0]
+    resistance = sum_of(np.where(never, np.inf, resistance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1))
+        if "torsion_lever" in history.coords:
+            sliding = np.maximum(sliding, _with_torque(history, f, sum_of))
+        sliding = sliding / np.where(resistance > _floor(history), resistance, np.nan)
+
+    force, eccentricity = (interface_resultants(history)[name] for name in ("force", "eccentricity"))
+    normal = force.isel(component=0, drop=True)
+    variables = {
+        "sliding": (sliding, "dimensionless", "utilisation of the sliding strength"),
+        "crushing": (crushing_used(history), "dimensionless", "utilisation of the compressive strength"),
+        "neutral_axis_depth": (_depth(history, eccentricity.to_numpy()), "length", "depth of the compressed zone"),
+    }
+    return xr.Dataset(coords=normal.coords).assign(
+        {
+            name: (normal.dims, values, {"units": SI_UNITS[dimension], "long_name": long_name})
+            for name, (values, dimension, long_name) in variables.items()
+        }
+    )
+
+
+def crushing_used(history: xr.Dataset) -> Array:
+    """Return the use (..., J) of compressive strength: :func:`utilisation`."""
+    starts = first_points(history)
+    n = at_points(history, "contact_force")[..., 0]
+    N = np.add.reduceat(n, starts, axis=-1)
+    compressed = np.where(_floor(history) < N, N, np.nan)
+    cell = history["cell_strength"].to_numpy()
+    in_cells = np.isfinite(cell[starts])
+    corners, edges, tension, capacity = _rectangles(history)
+    used = np.where(np.isnan(compressed), np.nan, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        used[..., corners] = _of_rectangles(compressed[..., corners], edges, tension, capacity)
+        pressed = np.add.reduceat(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0), starts, axis=-1)
+        used[..., in_cells] = (compressed / pressed)[..., in_cells]
+    return used
+
+
+def beyond_rectangle(history: xr.Dataset) -> pd.Series:
+    """Return eccentricities of crushing rectangles, relative to the limit.
+
+    It takes the normal force and the direction of the eccentricity in the last iteration; NaN unless the joint is in
+    compression. If a block rocks on one such joint, its load factor is too large by this factor.
+    """
+    last = history.isel(iteration=-1)
+    joints, edges, tension, capacity = _rectangles(last)
+    N = edges[:, 0] + edges[:, 2]
+    edges, total = edges + tension[:, None] / 2, N + tension
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (1 - 2 * np.minimum(edges[:, e], edges[:, e + 2]) / total for e in (0, 1))
+        # (1 − a s)(1 − b s) = N / F at the share s of the eccentricity. Fully pressed, both sides are rounding.
+        rest = np.maximum(1 - total / capacity, ROUNDING)
+        times = (a + b + np.sqrt(np.maximum((a + b) ** 2 - 4 * a * b * rest, 0.0))) / (2 * rest)
+    names = pd.Index(last["interface"].to_numpy()[joints], name="interface")
+    return pd.Series(np.where(_floor(last)[joints] < N, times, np.nan), index=names)
+
+
+def _floor(history: xr.Dataset) -> Array:
+    """Return the forces (J,) of interfaces that count as zero, N."""
+    return NO_FORCE * np.asarray(np.add.reduceat(history["contact_force_unit"].to_numpy(), first_points(history)))
+
+
+def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, Array]:
+    """Return rectangles, edge forces (..., R, 4), ``f_t A``, ``(f_c+f_t) A``."""
+    starts, strength = first_points(history), history["compressive_strength"].to_numpy()
+    joints = np.flatnonzero(np.isfinite(strength) & ~np.isfinite(history["cell_strength"].to_numpy()[starts]))
+    corners = starts[joints][:, None] + np.arange(4)
+    n = at_points(history, "contact_force")[..., 0][..., corners]
+    tension = history["tensile_strength"].to_numpy()[corners].sum(axis=-1)
+    capacity = (strength * history["interface_area"].to_numpy())[joints] + tension
+    return joints, n + np.roll(n, -1, axis=-1), tension, capacity
+
+
+def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> Array:
+    """Return the utilisation of rectangles.
+
+    ``N`` has shape (..., R), ``edges`` (..., R, 4).
+
+    It is 1 over the factor by which all forces can grow until
+    ``(N + f_t A)³ = 4 (f_c + f_t) A (n_e + f_t A / 2) (n_f + f_t A / 2)``.
+    """
+    p, q = (np.minimum(edges[..., e], edges[..., e + 2]) / N for e in (0, 1))
+    phi, full = tension / N, capacity / N
+    growth = 4 * full * p * q
+    resists = np.isfinite(N) & (tension > 0)
+    if resists.any():
+        p, q, phi, full = (a[resists] for a in (p, q, phi, full))
+        companion = np.zeros((len(p), 3, 3))
+        companion[:, 0, 0] = growth[resists] - 3 * phi
+        companion[:, 0, 1] = 2 * full * phi * (p + q) - 3 * phi**2
+        companion[:, 0, 2] = full * phi**2 - phi**3
+        companion[:, [1, 2], [0, 1]] = 1.0
+        root = np.linalg.eigvals(companion)
+        growth[resists] = np.where((root.imag == 0) & (root.real > 0), root.real, np.inf).min(axis=1)
+    return np.asarray(1 / np.maximum(growth, 0.0))
+
+
+def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
+    """Return ``‖(V_s, V_t, T / r̄)‖`` of interfaces, T about the centroid."""
+    index = history["interface_of_contact_point"].to_numpy()
+    arm = (history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index])[:, None]
+    x, y = (history["interface_frame"].to_numpy()[index, 1:] * arm).sum(axis=2).T / (
+        history["torsion_lever"].to_numpy()[index]
+    )
+    parts = (f[..., 1], f[..., 2], x * f[..., 2] - y * f[..., 1])
+    return np.asarray(np.linalg.norm([sum_of(part) for part in parts], axis=0))
+
+
+def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
+    """Return twice the distance from N to the governing edge, limited.
+
+    The limit is the depth of the interface.
+    """
+    index = history["interface_of_interface_corner"].to_numpy()
+    J = history.sizes["interface"]
+    starts = np.searchsorted(index, np.arange(J))
+    counts = np.diff([*starts, len(index)])
+    frame, centre = history["interface_frame"].to_numpy()[:, 1:], history["interface_position"].to_numpy()
+    corner = np.einsum("kca,ka->kc", frame[index], history["interface_corner_position"].to_numpy() - centre[index])
+    following = np.arange(len(index)) + 1
+    following[starts + counts - 1] = starts
+    edge = corner[following] - corner
+    normal = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.linalg.norm(edge, axis=1)[:, None]
+
+    # Compare all corners of an interface with all its edges, in a table as wide as the largest interface.
+    width = counts.max(initial=0)
+    column = np.minimum(np.arange(width), counts[:, None] - 1)
+    table = corner[starts[:, None] + column]
+    height = np.einsum("kc,kmc->km", normal, table[index])
+    high, low = height.max(axis=1), height.min(axis=1)
+    at = np.einsum("kc,...kc->...k", normal, eccentricity[..., index, :])
+    depth = np.minimum(2 * (high - at), high - low)
+    return np.asarray(np.minimum.reduceat(np.maximum(depth, 0.0), starts, axis=-1))
+
+
+def contact_state(
+    history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = NO_FORCE
+) -> xr.DataArray:
+    """Return interface states from forces and motion, in every iteration.
+
+    ``open``: no contact point stays closed, or none carries a force. A joint in compression is never open.
+    ``sticking``: no relative motion. ``unknown``: the solver found no forces, or the file does not keep them. Any other
+    state has one part or several, joined by `` + ``:
+
+    - ``hinge``: some points open, others do not;
+    - ``sliding``: closed points slip, and the mean velocity of the interface along its plane is not zero;
+    - ``twisting``: closed points slip, and the interface turns about its normal;
+    - ``crushing``: in a joint with a compressive strength, the blocks move into each other faster than the tolerance.
+      At a hinge that uses its full strength, the tolerance is relative to the motion of the joint itself.
+
+    A point opens if it separates faster than dilatancy explains. In an associative program, dilatancy follows friction.
+    If no contact carries a force, forces do not make a joint open.
+
+    Parameters
+    ----------
+    history
+        History of a case, or a selection of its iterations.
+    tolerance
+        Relative velocity that counts as zero, relative to the largest of the iteration.
+    force_tolerance
+        Contact force that counts as zero, in units of ``contact_force_unit``.
+
+    Returns
+    -------
+    xarray.DataArray
+        Texts, dimensions (iteration, interface).
+    """
+    index = history["interface_of_contact_point"].to_numpy()
+    starts = first_points(history)
+    v, components = (at_points(history, name) for name in ("relative_velocity", "contact_force"))
+    force = np.linalg.norm(components, axis=-1)
+
+    def any_of(points: Flags) -> Flags:
+        return np.logical_or.reduceat(points, starts, axis=-1)
+
+    def sum_of(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, starts, axis=-1))
+
+    zero = np.maximum(tolerance * np.linalg.norm(v, axis=-1).max(axis=-1, keepdims=True), np.finfo(float).tiny)
+    # If a structure follows its supports as one body, relative velocities are rounding errors of block velocities.
+    speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
+    zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
+    slip = np.linalg.norm(v[..., 1:], axis=-1)
+    dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
+    # Joints that never slide do not dilate.
+    friction = np.where(np.isinf(friction), 0.0, friction)
+    follows_friction = np.isin(history["stage"].to_numpy(), _ASSOCIATIVE)[..., None]
+    apart = v[..., 0] - np.where(follows_friction, friction, dilatancy) * slip
+    nothing = force_tolerance * history["contact_force_unit"].to_numpy()
+    carries = any_of(force > nothing)
+    # A joint in compression touches at its closest point, so openings count from there.
+    pressed = any_of(components[..., 0] > nothing)[..., index]
+    least = np.minimum.reduceat(apart, starts, axis=-1)[..., index]
+    opening = apart - np.where(pressed, np.maximum(least, 0.0), 0.0) > zero
+    soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
+    is_open = ~any_of(~opening) | (~carries & carries.any(axis=-1, keepdims=True))
+    slips = any_of(~opening & (slip > zero))
+
+    # The in-plane velocity is a rigid motion: a mean velocity and a rotation about the mean point.
+    counts = np.diff([*starts, len(index)])
+    axes = history["interface_frame"].to_numpy()[:, 1:][index]
+    along = np.einsum("kca,ka->ck", axes, history["contact_point_position"].to_numpy())
+    s, t = along - (sum_of(along) / counts)[:, index]
+    distance = np.hypot(s, t)
+    # A single point cannot turn.
+    inertia = np.where(counts > 1, sum_of(distance**2), 1.0)
+    turn = sum_of(s * v[..., 2] - t * v[..., 1]) / inertia * np.maximum.reduceat(distance, starts)
+    mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
+
+    # The edge of a tall structure penetrates slowly compared with the openings at its top.
+    own = np.maximum.reduceat(np.linalg.norm(v, axis=-1), starts, axis=-1)
+    hinge = any_of(opening)
+    enters = hinge[..., index] & (apart < -tolerance * own[..., index]) & _fully_pressed(history)
+    crushing = any_of(soft & ((apart < -zero) | enters))
+    parts = (hinge, slips & (mean > zero), slips & (np.abs(turn) > zero), crushing)
+    code = np.sum([part.astype(int) << bit for bit, part in enumerate(parts)], axis=0)
+    state = _NAMES[code]
+    state[is_open] = ContactState.OPEN.value
+    state[any_of(np.isnan(force))] = ContactState.UNKNOWN.value
+    dims = (*(d for d in history["contact_force"].dims if d not in ("contact_point", "component")), "interface")
+    return xr.DataArray(state, dims=dims, coords=_coords(history, dims), name="contact_state")
+
+
+def _fully_pressed(history: xr.Dataset) -> Flags:
+    """Return whether the joint or cell of a contact point is fully pressed."""
+    cell = history["cell_strength"].to_numpy()
+    of_joint = crushing_used(history)[..., history["interface_of_contact_point"].to_numpy()]
+    n = at_points(history, "contact_force")[..., 0]
+    return np.asarray(np.where(np.isfinite(cell), n >= FULLY_USED * cell, of_joint >= FULLY_USED))
+
+
+def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFrame:
+    """Return the joints that move in the last iteration, most active first.
+
+    The order is by decreasing dissipation.
+
+    Parameters
+    ----------
+    history
+        History of a case.
+    tolerance
+        See :func:`contact_state`. Slower joints are at rest.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by interface, in this order of rank:
+
+        - ``state``;
+        - ``dissipation``: work of the forces on the mechanism, in units of the load factor (W at 1 W of variable load);
+        - ``speed``: largest relative velocity, as a share of the largest in the mechanism. It ranks joints that
+          dissipate nothing.
+    """
+    last = history.isel(iteration=[-1])
+    force, v = (at_points(last, name)[0] for name in ("contact_force", "relative_velocity"))
+    index, n = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
+    speed = np.zeros(n)
+    np.maximum.at(speed, index, np.linalg.norm(v, axis=1))
+    # Dissipation within rounding counts as zero; otherwise its rank would be random.
+    dissipation = np.bincount(index, weights=-(force * v).sum(axis=1), minlength=n)
+    scale = np.nanmax([np.abs(dissipation).sum(), np.abs(last["load_factor"].item())])
+    dissipation[np.abs(dissipation) <= 1e-6 * scale] = 0.0
+    frame = pd.DataFrame(
+        {
+            "state": contact_state(last, tolerance).to_numpy()[0],
+            "dissipation": dissipation,
+            "speed": speed / max(speed.max(initial=0.0), np.finfo(float).tiny),
+        },
+        index=pd.Index(last["interface"].to_numpy(), name="interface"),
+    )
+    moving = frame[(frame["speed"] > tolerance) & ~frame["state"].isin([ContactState.STICKING, ContactState.UNKNOWN])]
+    return moving.sort_values(["dissipation", "speed"], ascending=False, kind="stable")

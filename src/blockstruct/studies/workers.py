@@ -1,0 +1,262 @@
+"""Carry out the runs of a study in this process, in worker processes or on a Dask cluster."""
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import uuid
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor, as_completed
+from importlib.metadata import version
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from blockstruct.errors import BusyError, ClusterError, MissingExtraError, StudyError, shown
+from blockstruct.storage import save_image
+from blockstruct.studies.plan import Job, Plan, Problem, carry_out, carry_out_far, carry_out_sent, described
+
+#: One thread per library, because the workers share the processors.
+_ONE_THREAD = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+        "NUMEXPR_NUM_THREADS",
+        "RAYON_NUM_THREADS",
+    ),
+    "1",
+)
+
+#: Runs as they end, each with the reason if it has no results.
+Ended = Generator[tuple[Job, Problem], None, None]
+
+
+def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Ended:
+    """Carry out runs in this process, one after the other."""
+    for job in jobs:
+        yield job, carry_out(plan, job, folder)
+
+
+def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
+    """Carry out runs in worker processes, each with one thread per library.
+
+    A worker that is killed ends the pool. The runs at work then continue one by one from their last committed
+    iteration, each in a process of its own. A run that ends its process again has failed.
+
+    Raises
+    ------
+    StudyError
+        If the workers cannot start.
+    """
+    sent, why_script = plan.pickled()
+    left = {job.name: job for job in jobs}
+
+    def in_a_pool(some: Sequence[Job], count: int) -> Ended:
+        with _pool(min(count, len(some)), why_script) as pool:
+            futures: dict[Future[Problem], Job] = {}
+            with contextlib.suppress(BrokenExecutor):
+                for job in some:
+                    futures[pool.submit(carry_out_sent, sent, job, str(folder))] = job
+            for future in as_completed(futures):
+                try:
+                    problem = future.result()
+                except BrokenExecutor:
+                    continue
+                yield left.pop(futures[future].name), problem
+
+    while left:
+        yield from in_a_pool([*left.values()], workers)
+        # Runs begin in order, so the unfinished runs of a pool are the first of the remaining ones.
+        for job in [*left.values()][:workers]:
+            yield from in_a_pool([job], 1)
+            if left.pop(job.name, None):
+                why = "its worker process ended twice while it was at work: it was killed, or memory ran out"
+                yield job, Problem(why)
+
+
+@contextlib.contextmanager
+def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
+    """Start a pool of processes that end at once with the context.
+
+    Committed iterations are kept.
+    """
+    # Spawned, not forked: a lock that a fork copies while it is held never opens.
+    context = get_context("spawn")
+    ends_with_parent, held_by_parent = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
+    try:
+        with _start_of_processes(needs_script=bool(why_script)):
+            started = pool.submit(os.getpid)
+        try:
+            started.result()
+        except BrokenExecutor as error:
+            msg = "study: a worker process ended as it started. Its own message stands above."
+            if why_script:
+                msg += (
+                    " A script that defines build must call study under `if __name__ == '__main__':`, because each "
+                    'worker imports it where cloudpickle, which comes with "blockstruct[cluster]", cannot send it '
+                    f"({why_script}); or give workers=1"
+                )
+            raise StudyError(msg) from error
+        yield pool
+    finally:
+        held_by_parent.close()
+        pool.shutdown(cancel_futures=True)
+        ends_with_parent.close()
+
+
+@contextlib.contextmanager
+def _start_of_processes(*, needs_script: bool) -> Iterator[None]:
+    """Set the environment of new processes.
+
+    ``needs_script`` makes them import the script of this process. The script runs again, except for the code under
+    ``if __name__ == "__main__"``.
+    """
+    before, script = {name: os.environ.get(name) for name in _ONE_THREAD}, sys.modules["__main__"]
+    os.environ.update(_ONE_THREAD)
+    try:
+        if not needs_script:
+            sys.modules["__main__"] = ModuleType("__main__")
+        yield
+    finally:
+        sys.modules["__main__"] = script
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _begin(parent: Connection) -> None:
+    """Prepare a worker process to end when its parent ends."""
+    # An interrupt reaches the parent, which ends its workers.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: Connection) -> None:
+    parent.poll(None)
+    os._exit(1)
+
+
+#: Seconds within which a scheduler must answer and a worker must be available.
+PATIENCE = 10.0
+
+
+@contextlib.contextmanager
+def connected(cluster: Any) -> Iterator[Any]:
+    """Connect to a cluster with a worker of this version of blockstruct.
+
+    Parameters
+    ----------
+    cluster
+        A ``distributed.Client``, a cluster such as ``LocalCluster``, or the address of a scheduler.
+
+    Raises
+    ------
+    ClusterError
+        If no scheduler answers, it has no worker, or its workers cannot run blockstruct.
+    """
+    try:
+        from distributed import Client
+    except ModuleNotFoundError as error:
+        raise MissingExtraError.of(error, "cluster", "study: cluster") from error
+    if isinstance(cluster, Client):
+        _check(cluster)
+        yield cluster
+        return
+    address = getattr(cluster, "scheduler_address", cluster)
+    if not isinstance(address, str) or not address:
+        msg = (
+            f"study: cluster is {shown(cluster)}; give a dask Client, a running cluster such as LocalCluster, or the "
+            "address of a scheduler such as 'tcp://127.0.0.1:8786'"
+        )
+        raise ClusterError(msg)
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise _unreachable(address, error) from error
+    try:
+        _check(client)
+        yield client
+    finally:
+        client.close()
+
+
+def _check(client: Any) -> None:
+    address = getattr(client.scheduler, "address", "") or "no address"
+    if client.status != "running":
+        raise _unreachable(address, f"the client is {client.status}")
+    try:
+        identity = client.sync(client.scheduler.identity, callback_timeout=PATIENCE)
+        if not identity["workers"]:
+            client.wait_for_workers(1, timeout=PATIENCE)
+    except (OSError, RuntimeError) as error:  # a TimeoutError is an OSError
+        if client.status == "running" and "workers" in str(error):
+            msg = f"study: the scheduler at {address} has no worker; start one by `dask worker {address}`"
+            raise ClusterError(msg) from error
+        raise _unreachable(address, error) from error
+    try:
+        theirs = client.submit(version, "blockstruct", pure=False).result(timeout=6 * PATIENCE)
+    except Exception as error:
+        msg = f"study: workers of {address} cannot run blockstruct ({described(error)}); install it there"
+        raise ClusterError(msg) from error
+    if theirs != version("blockstruct"):
+        msg = (
+            f"study: workers of {address} have blockstruct {theirs}, this is {version('blockstruct')}; "
+            "install the same version on both sides"
+        )
+        raise ClusterError(msg)
+
+
+def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> Ended:
+    """Carry out runs on a cluster; each file is written on this machine.
+
+    If a worker ends, the scheduler begins its runs again on other workers, up to its ``allowed-failures``.
+
+    Raises
+    ------
+    ClusterError
+        If the scheduler is lost.
+    """
+    from distributed import as_completed
+
+    sent, _ = plan.pickled()
+    futures = {client.submit(carry_out_far, sent, job, key=_key(job), pure=False): job for job in jobs}
+    try:
+        for future in as_completed(list(futures), loop=client.loop):
+            job = futures.pop(future)
+            try:
+                problem, image = future.result()
+            except CancelledError as error:
+                msg = "study: the scheduler was lost; the runs that had ended are kept, call study again to go on"
+                raise ClusterError(msg) from error
+            except Exception as error:
+                problem, image = Problem.of(error), b""
+            future.release()
+            if image:
+                try:
+                    save_image(image, folder / f"{job.name}.h5")
+                except BusyError as error:
+                    problem = Problem.of(error)
+            yield job, problem
+    finally:
+        with contextlib.suppress(Exception):
+            client.cancel(list(futures))
+
+
+def _key(job: Job) -> str:
+    """Return a unique key of a run, so that a cluster reuses no old result."""
+    return f"blockstruct-{job.name}-{uuid.uuid4().hex[:8]}"
+
+
+def _unreachable(address: str, why: Any) -> ClusterError:
+    return ClusterError(
+        f"study: no scheduler answers at {address} ({why}); start one by `dask scheduler` and `dask worker ADDRESS`, "
+        "or leave cluster out to run on this machine"
+    )

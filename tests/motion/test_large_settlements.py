@@ -1,0 +1,150 @@
+"""Settlements through large displacements against hand calculations.
+
+Lengths in m; x along the span, z up; W the weight of a block and θ its rotation.
+"""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of
+
+STONE = bs.Material("stone", "20 kN/m^3")
+SPAN, DEPTH = 1.0, 0.25
+
+
+def box(name, x, z, *, fixed=False):
+    size = Q_([x[1] - x[0], 1, z[1] - z[0]], "m")
+    return bs.Block.box(name, Q_([x[0], 0, z[0]], "m"), size, STONE, fixed=fixed)
+
+
+def beam():
+    """Beam of 4 m × 0.6 m on ledges of 0.5 m."""
+    ledges = [box(name, x, (-3, 0), fixed=True) for name, x in (("left", (0, 0.5)), ("right", (3.5, 4)))]
+    return model_of([*ledges, box("beam", (0, 4), (0, 0.6))], bs.JointMaterial("joint", 0.6))
+
+
+def flat_arch():
+    """Two blocks between abutments, hinged at the bottom of their ends and at the top in the middle."""
+    sides = [box(name, x, (-1, 1), fixed=True) for name, x in (("left", (-0.5, 0)), ("right", (2, 2.5)))]
+    blocks = [box(name, (x, x + SPAN), (0, DEPTH)) for name, x in (("a", 0), ("b", SPAN))]
+    return model_of([*sides, *blocks], bs.JointMaterial("rough", 1.0))
+
+
+def settle(model, direction, displacement, **more):
+    case = bs.SettlementCase("case", SELF_WEIGHT, ["left"], direction, displacement=displacement, **more)
+    return bs.run(model, case)["case"]
+
+
+@pytest.fixture(scope="module")
+def sunk():
+    return settle(beam(), "-z", "0.5 m", steps=20)
+
+
+@pytest.fixture(scope="module")
+def spread():
+    return settle(flat_arch(), "-x", "0.2 m", steps=100)
+
+
+def test_a_beam_turns_about_one_ledge_and_slides_on_the_other(sunk):
+    """Moments about the edge of the ledge that stays: ``R 3.5 (cos θ + μ sin θ) = W (1.5 cos θ + 0.3 sin θ)``."""
+    curve, W = sunk.capacity, 48e3
+    turn = -curve["rotation"].sel(block="beam", axis="y").to_numpy()
+    expected = W * (1.5 * np.cos(turn) + 0.3 * np.sin(turn)) / (3.5 * (np.cos(turn) + 0.6 * np.sin(turn)))
+    slides = turn > 1e-3
+    np.testing.assert_allclose(curve["reaction"].to_numpy()[slides], expected[slides], rtol=1e-4)
+    np.testing.assert_allclose(curve["displacement"][slides], 3.5 * np.sin(turn[slides]), rtol=1e-4)
+    assert curve["reaction"][0] == pytest.approx(sunk.reaction.magnitude, rel=1e-6)
+    assert curve["holds"].all()
+    assert curve["energy_error"].max() < 1e-4
+    assert (sunk.curve_outcome.end, float(curve["displacement"][-1])) == ("displacement_reached", pytest.approx(0.5))
+    assert np.isnan(curve["d0"])
+
+
+def test_an_arch_on_spreading_abutments_falls(spread):
+    """Its thrust is ``W (l cos θ + h sin θ) / 2 (h cos θ − l sin θ)``, until both diagonals are horizontal."""
+    curve, W = spread.capacity, 20e3 * SPAN * DEPTH
+    turn = curve["rotation"].sel(block="a", axis="y").to_numpy()
+    along, rise = SPAN * np.cos(turn) + DEPTH * np.sin(turn), DEPTH * np.cos(turn) - SPAN * np.sin(turn)
+    early = turn < 0.05
+    np.testing.assert_allclose(curve["reaction"].to_numpy()[early], (W * along / 2 / rise)[early], rtol=1e-4)
+    largest = 2 * (np.hypot(SPAN, DEPTH) - SPAN)
+    assert float(curve["d0"]) == pytest.approx(largest, rel=2e-3)
+    assert spread.curve_outcome.end == "falls"
+    assert spread.curve_outcome.displacement == float(curve["d0"])
+    assert spread.curve_outcome.blocks == ("a", "b")
+    assert "then blocks fall (a, b)" in spread.describe()
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+def test_a_support_that_carries_all_takes_the_structure_with_it():
+    stack = [box("left", (-1, 2), (-1, 0), fixed=True), *(box(f"b{k}", (0, 1), (k, k + 1)) for k in range(2))]
+    curve = settle(model_of(stack, bs.JointMaterial("joint", 0.6)), "-z", "1 m", steps=5).capacity
+    np.testing.assert_allclose(curve["reaction"], 40e3, rtol=1e-6)
+    fallen = curve["position"].isel(step=-1) - curve["position"].isel(step=0)
+    np.testing.assert_allclose(fallen.sel(axis="z"), -1, atol=1e-4)
+
+
+def test_a_support_that_carries_nothing_leaves_the_structure():
+    model = beam()
+    middle = box("left", (1.75, 2.25), (-3, 0), fixed=True)
+    ledges = [box(name, x, (-3, 0), fixed=True) for name, x in (("a", (0, 0.5)), ("b", (3.5, 4)))]
+    model = model_of([middle, *ledges, model.blocks[2]], bs.JointMaterial("joint", 0.6))
+    curve = settle(model, "-z", "0.1 m", steps=5).capacity
+    np.testing.assert_allclose(curve["reaction"], 0, atol=1)
+    np.testing.assert_allclose(curve["position"].sel(block="beam", axis="z"), 0.3, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "words"),
+    [
+        ({"displacement": 0.1}, bs.errors.UnitError, "displacement"),
+        ({"displacement": "-1 mm"}, bs.errors.ModelError, "more than zero"),
+        ({"displacement": "1 kN"}, bs.errors.DimensionError, "displacement"),
+        ({"steps": 2}, bs.errors.ModelError, "steps"),
+        ({"about": Q_([0, 0, 0], "m")}, bs.errors.ModelError, "turn"),
+        ({"flow": "associative"}, bs.errors.ModelError, "associative"),
+    ],
+)
+def test_bad_input(changes, error, words):
+    with pytest.raises(error, match=words):
+        bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-z", **{"displacement": "0.1 m", **changes})
+
+
+def test_joints_that_large_displacements_do_not_know_are_refused():
+    model = beam()
+    model = model_of(model.blocks, bs.JointMaterial("mortar", 0.6, cohesion="0.1 MPa"))
+    with pytest.raises(bs.errors.ModelError, match=r"settlement case 'case'.*'mortar' has a cohesion"):
+        settle(model, "-z", "0.1 m")
+
+
+def test_it_is_kept_interrupted_and_resumed(tmp_path, sunk):
+    case = bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-z", displacement="0.5 m", steps=20)
+
+    def stop(event):
+        if isinstance(event, bs.analysis.StepDone) and event.index == 12:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "beam.h5"
+    bs.run(beam(), case, path, listeners=[stop])
+    assert bs.open_analysis(path)["case"].capacity.sizes["step"] == 13
+    again = bs.AnalysisManager.resume(path)["case"]
+    stored = bs.open_analysis(path)["case"]
+    for found in (again, stored):
+        assert found.case == case
+        timed = ["solver_time"]
+        assert found.capacity.drop_vars(timed).identical(sunk.capacity.drop_vars(timed))
+        assert found.curve_outcome.text == sunk.curve_outcome.text
+    document = bs.documents.write_document(tmp_path / "beam.yaml", beam(), [case])
+    assert bs.read_document(document).cases == (case,)
+
+
+def test_every_view_shows_the_reaction(spread, tmp_path):
+    from blockstruct.views import figures
+
+    axes = figures.capacity(spread)
+    assert axes.get_ylabel() == "reaction R [kN]"
+    assert "left" in axes.get_xlabel()
+    frame = bs.results.capacity_frame(spread.capacity)
+    assert {"displacement [meter]", "reaction [newton]"} <= set(frame)

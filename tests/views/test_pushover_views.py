@@ -1,0 +1,177 @@
+"""A pushover in figure, page, ParaView, report and words: a block with one tie that breaks and one that holds."""
+
+import base64
+import json
+import zlib
+from xml.etree import ElementTree
+
+import attrs
+import numpy as np
+import pytest
+from test_page import coordinates, opened, settle, slide
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.text import report
+from blockstruct.views import analysis_summary, figures, result_text
+from blockstruct.views.page import write_page
+from blockstruct.views.page.payload import payload
+from blockstruct.views.paraview import write_paraview
+from blockstruct.views.report.contents import contents
+from blockstruct.views.report.summary import curve_sentences
+from blockstruct.views.words import pushover_words
+from refusals import refused
+from structures import SELF_WEIGHT, box, model_of, push
+
+pv = pytest.importorskip("pyvista")
+
+
+def tie(name, z, **limit):
+    ends = ("post", Q_([-2, 0.5, z], "m")), ("block", Q_([0, 0.5, z], "m"))
+    return bs.Tie(name, *ends, yield_force="2 kN", **limit)
+
+
+@pytest.fixture(scope="module")
+def analysis():
+    blocks = [
+        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
+        box("block", [0, 0, 0], [0.5, 1, 2]),
+    ]
+    ties = [tie("high", 1.5, elongation_limit="60 mm"), tie("low", 0.5)]
+    model = model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties(ties)
+    pushed = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=10)
+    return bs.run(model, [pushed, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0))])
+
+
+@pytest.fixture(scope="module")
+def result(analysis):
+    return analysis["push"]
+
+
+@pytest.fixture(scope="module")
+def last(result):
+    return result.capacity.sizes["step"] - 1
+
+
+def test_states(result):
+    state = bs.results.pushed_tie_state(result.model, result.capacity)
+    broken = result.capacity["tie_elongation"].sel(tie="high") > 0.06
+    assert state.sel(tie="high").to_numpy().tolist() == np.where(broken, "broken", "yielding").tolist()
+    assert set(state.sel(tie="low").to_numpy().tolist()) == {"yielding"}
+
+
+def test_the_force_of_a_tie_is_lost_at_its_break(analysis, result):
+    """α falls between two states on both sides of the break, and then follows the slope of the states after it."""
+    at, before, after = result.broken_ties[["displacement [meter]", "load factor before", "load factor after"]].iloc[0]
+    d, alpha = (result.capacity[name].to_numpy() for name in ("displacement", "load_factor"))
+    k = int(np.searchsorted(d, at)) - 1
+    assert tuple(alpha[k : k + 2]) == (before, after)
+    assert d[k] <= at <= d[k + 1] < d[k] + 3e-3 * (d[k] - d[k - 1])
+    slope = np.diff(alpha[k + 1 :]) / np.diff(d[k + 1 :])
+    assert 0 > slope[0] == pytest.approx(slope[1], rel=0.1)
+    assert f"falls from {before:.4g} to {after:.4g}" in bs.results.breaking_words(result.capacity)[0]
+    ax = figures.capacity(result, label="block")
+    np.testing.assert_allclose(ax.lines[0].get_xydata(), np.column_stack([d, alpha]))
+    assert [text.get_text() for text in ax.texts] == [f"d0 = {result.capacity['d0'].item():.4g} m", "high breaks"]
+    assert any(np.allclose(line.get_xdata(), at) for line in ax.lines if line.get_linestyle() == ":")
+    shown = {name: {d.name for d in figures.drawings(analysis[name])} for name in ("push", "plain")}
+    assert shown["push"] - shown["plain"] == {"capacity"}
+
+
+def test_a_case_without_a_curve_says_why(analysis, tmp_path, call):
+    with refused(bs.errors.ModelError, "'plain' Pushover"):
+        figures.capacity(analysis["plain"])
+    with refused(bs.errors.ModelError, "NoneType result.capacity"):
+        bs.results.capacity_frame(analysis["plain"].capacity)
+    case = attrs.evolve(analysis["push"].case, control=("block", (0, 1, 0)))
+    found = bs.AnalysisManager(analysis.model, tmp_path / "rests.h5").run([case])
+    with refused(bs.errors.ModelError, "(0, 1, 0) 'block'"):
+        figures.capacity(found["push"])
+    code, _, err = call("history", tmp_path / "rests.h5", "push", "--pushover")
+    assert (code, "--pushover: case 'push': " in " ".join(err.split())) == (2, True)
+    assert found["push"].missing_curve in result_text(found["push"]).plain
+
+
+def test_the_page_has_every_step(analysis, result, last):
+    pushed, plain = payload(analysis)["cases"]
+    assert "pushover" not in plain
+    curve, data = result.capacity, pushed["pushover"]
+    assert data["displacement"] == curve["displacement"].to_numpy().tolist()
+    assert data["values"] == curve["load_factor"].to_numpy().tolist()
+    motion = np.frombuffer(zlib.decompress(base64.b64decode(data["motion"])), "<f4").reshape(last + 1, 3, 12)
+    # The block has turned about its edge (0.5, y, 0).
+    R, c = motion[-1, 2, :9].reshape(3, 3), motion[-1, 2, 9:]
+    np.testing.assert_allclose(c + R @ [0.25, 0, -1], [0.5, 0.5, 0], atol=1e-4)
+    # Ties stretch a little before the first state.
+    assert data["tie"][0] == [("yielding", pytest.approx(2e3), pytest.approx(0.0, abs=1e-5))] * 2
+    (state, force, longer), (held, *_) = data["tie"][-1]
+    assert (state, force, held) == ("broken", 0.0, "yielding")
+    assert longer == curve["tie_elongation"][-1, 0].item() > 0.06
+
+
+@pytest.mark.slow
+def test_the_page_shows_a_step(browser, analysis, last, tmp_path):
+    def cells(page):
+        return [row.all_text_contents() for row in (r.locator("td") for r in page.locator("#ties tr").all())]
+
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        at_rest = [["high", "yielding", "2 kN"], ["low", "yielding", "2 kN"]]
+        assert (page.locator("#step-value").text_content(), cells(page)) == (f"of {last}", at_rest)
+        slide(page, "step", last)
+        assert page.locator("#step-value").text_content().startswith(f"{last} of {last}, ")
+        high, low = cells(page)
+        assert (high[:3], low[:3]) == (["high", "broken", "0 N"], ["low", "yielding", "2 kN"])
+        assert high[3].endswith(" mm longer")
+        settle(page)
+        # Two ends of the tie that is left, and the gap after it.
+        assert coordinates(page, 8).shape == (3, 3)
+        # The mechanism is shown again, and no step.
+        slide(page, "amplitude", 0.1)
+        assert (page.locator("#step-value").text_content(), cells(page)) == (f"of {last}", at_rest)
+        page.select_option("#case", "1")
+        settle(page)
+        assert page.locator("#pushover").is_hidden()
+
+
+def test_paraview(analysis, result, last, tmp_path):
+    write_paraview(result, tmp_path / "push.pvd")
+    listed = ElementTree.parse(tmp_path / "push-pushover.pvd").findall(".//DataSet")
+    assert [(e.get("timestep"), e.get("name")) for e in listed[-2:]] == [(str(last), "blocks"), (str(last), "ties")]
+    assert len(listed) == 2 * (last + 1)
+    blocks, ties = (pv.read(tmp_path / e.get("file")) for e in listed[-2:])
+    control = blocks.field_data["displacement of the control point [meter]"]
+    assert control == pytest.approx(float(result.capacity["displacement"][-1]))
+    moved = blocks.points - blocks.point_data["displacement [meter]"]
+    np.testing.assert_allclose(moved.max(axis=0), [3, 1, 2], atol=1e-6)
+    assert ties.cell_data["broken"].tolist() == [1, 0]
+    np.testing.assert_allclose(ties.cell_data["tension [newton]"], [0, 2e3], rtol=1e-4)
+    length = np.linalg.norm(np.diff(ties.points.reshape(2, 2, 3), axis=1)[:, 0], axis=1)
+    np.testing.assert_allclose(ties.cell_data["elongation [meter]"], length - 2, atol=1e-6)
+    write_paraview(analysis["plain"], tmp_path / "push.pvd")
+    assert not (tmp_path / "push-pushover.pvd").exists()
+    assert not list((tmp_path / "push").glob("pushe*"))
+
+
+def test_report_console_and_json_list_broken_ties(analysis, result):
+    page = contents(analysis.replaced(results={"push": result}), {})
+    words = " ".join(page["cases"][0]["pushover"])
+    assert f"Tie high breaks at a displacement of {1e3 * result.broken_ties.iloc[0, 0]:.4g} mm, 60 mm longer" in words
+    assert "Tie low holds: it lengthens by at most" in words
+    assert f"{result.curve_ended[1:]}." in words
+    assert all(sentence in result_text(result).plain for sentence in pushover_words(result))
+    assert "corners stay sharp, and ties break at their elongation limits." in " ".join(page["assumptions"])
+    found = json.loads(json.dumps(analysis_summary(analysis)))["cases"][0]["pushover"]
+    assert (found["d0"], found["ended"]) == (result.capacity["d0"].item(), result.curve_ended)
+    assert found["states"] == found["certified"] == result.capacity.sizes["step"]
+    (broken,) = found["broken_ties"]
+    assert (broken["tie"], broken["elongation [meter]"]) == ("high", 0.06)
+
+
+def test_the_first_page_of_ties_that_break_in_turn(analysis, result):
+    """The first break has its numbers, and more breaks are mentioned."""
+    (one,) = curve_sentences(analysis, "push", [])
+    assert ("tie high breaks" in one, report.MORE_BREAKS in one) == (True, False)
+    both = result.model.with_ties([result.model.ties[0], tie("low", 0.5, elongation_limit="40 mm")])
+    (two,) = curve_sentences(bs.run(both, result.case), "push", [])
+    assert ("tie high breaks" in two, two.endswith(f"; {report.MORE_BREAKS}.")) == (True, True)
