@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import closing, solve_limit_case
-from blockstruct.procedures.carried_forces import Aim, corrected_forces
+from blockstruct.procedures.carried_forces import Aim, carried_forces, corrected_forces
 from blockstruct.procedures.loading_path import ATTEMPTS
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.solvers import ClarabelSolver
@@ -134,7 +134,9 @@ def test_a_settled_step_with_a_large_gap_is_followed_by_a_careful_one(tuff, monk
     # A path that ends before the careful step is closed all the same.
     advance = SplittingPath.advance
     monkeypatch.setattr(SplittingPath, "advance", lambda path, bound: None if path._least else advance(path, bound))
-    assert found(0.0) == at_once
+    load_factor, *others = found(0.0)
+    assert others == list(at_once[1:])
+    assert load_factor == pytest.approx(at_once[0], rel=2e-3)
 
 
 def test_a_path_that_is_never_closed_exactly_ends_with_the_best_state(tuff, monkeypatch):
@@ -201,3 +203,14 @@ def test_forces_that_cost_nothing_are_left_where_they_balance():
     problem, (x, load_factor, _) = sliding(0.3, 1e-9, price=0.0)
     assert load_factor == pytest.approx(0.3, rel=1e-6)
     assert np.abs(problem.unbalanced(x, np.zeros(0), load_factor)).max() < 1e-8
+
+
+def test_forces_beyond_friction_are_brought_within_it_at_a_lower_load_factor():
+    """Forces of 1.05 times the friction of a block that slides."""
+    problem = problem_of(model_of(*single_block(1.0, 0.6, mu=0.4)), push(1, 0, 0))
+    beyond = np.linalg.lstsq(problem.A.toarray(), -problem.w_D - 0.42 * problem.w_L)[0].reshape(-1, 3)
+    x = carried_forces(problem.A, problem.friction, beyond, -problem.w_D, load=problem.w_L, alpha=0.42)
+    load_factor = -problem.w_L @ (problem.A @ x.ravel() + problem.w_D) / (problem.w_L @ problem.w_L)
+    assert 0.3 < load_factor <= 0.4
+    assert np.abs(problem.unbalanced(x, np.zeros(0), load_factor)).max() < 1e-8
+    assert (np.hypot(x[:, 1], x[:, 2]) <= problem.friction * x[:, 0]).all()

@@ -461,9 +461,9 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("columns", "rows"), [(20, 40), (40, 60), (66, 82)])
+@pytest.mark.parametrize(("columns", "rows"), [(20, 40), (40, 60)])
 def test_large_walls_end_where_tight_steps_lead(monkeypatch, columns, rows):
-    """820, 2,430 and 5,445 bricks in running bond: five times the patience moves the load factor by at most 0.3 %."""
+    """820 and 2,430 bricks in running bond: five times the patience moves the load factor by at most 0.3 %."""
     tuff = bs.Material("tuff", "12 kN/m^3")
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
     blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)

@@ -26,7 +26,9 @@ REGULARISATION = 1e-10
 REFINED, REFINEMENTS = 1e-10, 30
 
 
-def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Array) -> Array | None:
+def carried_forces(
+    A: sp.csc_array, friction: Array, before: Array, wanted: Array, *, load: Array | None = None, alpha: float = 0.0
+) -> Array | None:
     """Find forces near given ones, in equilibrium and within friction.
 
     Parameters
@@ -38,7 +40,9 @@ def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Arra
     before : (K, 3) array
         Forces to begin with.
     wanted : (6 F,) array
-        Required ``A x``.
+        Required ``A x``, or ``A x + α w_L`` with a load.
+    load, alpha
+        Load ``w_L`` with a free load factor, and the load factor to begin with. None without a load.
 
     Returns
     -------
@@ -47,9 +51,9 @@ def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Arra
     """
     carries = before[:, 0] > NO_FORCE
     mu = np.maximum(friction[carries], LEAST_FRICTION)
-    corrected = corrected_forces(
-        A[:, np.repeat(carries, 3)], mu, within(before[carries], mu, INSIDE), wanted, corrections=CORRECTIONS
-    )
+    x = within(before[carries], mu, INSIDE)
+    aim = None if load is None else Aim(load, alpha, free=abs(alpha), cost=np.zeros_like(x), enough=0.0, nowhere=0.0)
+    corrected = corrected_forces(A[:, np.repeat(carries, 3)], mu, x, wanted, corrections=CORRECTIONS, aim=aim)
     if corrected is None:
         return None
     found = np.zeros_like(before)
@@ -136,7 +140,8 @@ def corrected_forces(
         balanced = residual < EXACT or (share == 1.0 and residual > last / 10)
         if balanced and aim is not None:
             higher, cost = cost, float((aim.cost * x).sum())
-        if not len(x) or count == corrections or (balanced and (aim is None or higher / 2 < cost <= aim.enough)):
+        done = balanced and (aim is None or not aim.cost.any() or higher / 2 < cost <= aim.enough)
+        if not len(x) or count == corrections or done:
             break
         short = short + 1 if aim is not None and share < aim.nowhere else 0
         if short == STUCK:
