@@ -1,4 +1,8 @@
-"""Follow a collapse state through finite displacements: pushovers and settlements."""
+"""Follow a collapse state through finite displacements: pushovers and settlements.
+
+Motions are scaled so that the variable load does work at 1 W. The time of a step, s, is therefore the work of the
+variable load in it, J. The way of a step is the distance that the control point moves in it, m.
+"""
 
 from collections.abc import Generator, Sequence
 from copy import copy
@@ -21,25 +25,35 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Growth of the way from one step to the next, and its largest share of the way so far, in multiples of an even one.
-GROWTH, LARGEST = 2.0, 2.0
-#: Share of the way to a load factor of zero that a step goes; load factor, relative to the first, below which it goes
-#: the whole way.
-SHORT_OF, NEAR = 0.75, 1e-3
+#: Longest way of a step, relative to the longest one of the recent steps.
+GROWTH = 2.0
+#: Longest way of a step, relative to the way so far divided by the requested number of steps.
+LARGEST = 2.0
+#: Share of the remaining way to a load factor of zero that a step moves.
+SHORT_OF = 0.75
+#: Load factor, relative to the first one, below which a step moves the whole remaining way.
+NEAR = 1e-3
 #: Number of states that give the slope of the curve.
 FORESEEN = 8
-#: Largest way of a block in a step, in ways of the control point; factor by which the way may exceed the wanted one.
-FASTEST, OFF = 3.0, 1.5
-#: Least reach of contact detection, and largest reach for blocks that move further, in mean block sizes.
-NEAREST, WIDEST = 0.05, 0.25
+#: Largest way of a block in a step, in ways of the control point.
+FASTEST = 3.0
+#: Largest way of a solved step, relative to the prescribed way.
+OFF = 1.5
+#: Shortest reach of contact detection, in mean block sizes.
+NEAREST = 0.05
+#: Longest reach, for blocks that move further, in mean block sizes.
+WIDEST = 0.25
 #: Gap that counts as closed, in mean block sizes.
 CLOSED = 1e-4
-#: Share of the work of a step that forces may do across a gap that the step closes, and share of the way to such a gap
-#: that stays open; least share of a step, also while blocks fall.
-ACROSS, SHORTEST = 1e-3, 1 / 4096
+#: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
+#: of the gap open.
+ACROSS = 1e-3
+#: Least share of a step, also while blocks fall.
+SHORTEST = 1 / 4096
 #: Share of its elongation limit within which a tie breaks.
 BREAKS = 1e-4
-#: Attempts at a step: share of its length, and acceleration relative to gravity, the share of inertia in a load factor.
+#: Attempts at a step: share of its length, and acceleration relative to gravity. The acceleration is about the share of
+#: inertia in the load factor.
 ATTEMPTS = ((1.0, 1e-7), (1.0, 1e-5), (0.25, 1e-4), (1 / 16, 1e-3))
 #: Share of a step that is tried if the whole step closes a gap.
 SHORTER = 0.25
@@ -47,14 +61,18 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Share of inertia in the work of the last step above which blocks fall.
 MOSTLY = 0.5
-#: Number of states, relative to the requested one, at which the curve ends; least requested number that counts.
-PATIENCE, FEW = 5, 20
+#: Largest number of states, relative to the requested number of steps.
+PATIENCE = 5
+#: Requested number of steps that this limit assumes if fewer are requested.
+FEW = 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
 ABOVE = 0.015
 #: Speed of the control point, relative to the fastest block, below which it rests.
 RESTS = 1e-4
-#: Speed, relative to the fastest block, above which a moving block is named, and number of named blocks.
-FAST, NAMED = 0.5, 5
+#: Speed, relative to the fastest block, above which a moving block is named.
+FAST = 0.5
+#: Most blocks that are named.
+NAMED = 5
 
 
 States = Generator[MotionState, None, CurveOutcome]
@@ -136,14 +154,14 @@ class _Path:
             float(np.linalg.norm(loads.wrench[problem.statics.free, :3], axis=1).sum())
             for loads in (problem.variable, problem.dead)
         )
-        # Whatever the unit of the variable load: what carries more moves further.
+        # Ratio of the variable load at collapse to the dead load. A structure with a larger ratio moves further.
         self._share = min(1.0, self.scale * push / max(dead, 1e-300))
         self._length = problem.statics.length
         blocks = problem.statics.model.blocks
         shapes = [(b.shape.vertices, b.centroid) for b in blocks]
         self._radius = np.array([np.linalg.norm(corners - centre, axis=1).max() for corners, centre in shapes])
         free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
-        #: Way of a step that divides an eighth of the extent of the structure evenly, m.
+        #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         self._ways, self._fallen = [0.0], 0.0
         #: Start of the last step, s, and its factorisations.
@@ -205,7 +223,7 @@ class _Path:
         self._start, self._spent = perf_counter(), 0
         at = Placement.at(last.position, last.rotation).moved(last.twist * last.motion_time)
         placement = Placement.at(at.position, at.vectors)
-        return self._solved(placement, carried(self._going or last, placement), way or self._wanted(), last)
+        return self._solved(placement, carried(self._going or last, placement), way or self._next_way(), last)
 
     def end(self) -> CurveEnd | None:
         """How the curve has ended."""
@@ -229,9 +247,9 @@ class _Path:
         if last is None:
             return CurveOutcome(end)
         curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
-        begun = curve[min(1, len(curve) - 1)][0]
+        start = curve[min(1, len(curve) - 1)][0] if curve else last.displacement
         fastest = np.linalg.norm(last.velocity, axis=1).max()
-        stands = begun != 0 and control.velocity(placement, last.twist) * np.sign(begun) <= RESTS * fastest
+        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= RESTS * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
         found = _outcome(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
@@ -249,7 +267,7 @@ class _Path:
         """Time at 1 W in which a motion, twists (B, 6), goes a way."""
         return way / max(self._speed(placement, twist), 1e-300)
 
-    def _wanted(self) -> float:
+    def _next_way(self) -> float:
         """Way of the next step, m."""
         ways = self._gone
         alpha = np.array([a for _, a in self._course.curve[-FORESEEN:]])
@@ -336,6 +354,7 @@ class _Path:
             if time <= least or (share == 1 and not jams):
                 return None if jams else found
             if broken < 1:
+                # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 least, far = 0.0, share * far
             wanted = max(min(share, SHORTER if jams else 1.0) * time, least)
 
@@ -397,7 +416,7 @@ class _Path:
         gaps = np.concatenate([moved.contacts.gap, moved.slack])
         units = np.concatenate([problem.force_unit, problem.ties.force_unit])
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
-        # Hinges that move have had their forces near by.
+        # Where a hinge moves along a joint, the contact point next to it carried the force before.
         new = np.concatenate([before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
         across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
         if not across.any():
@@ -581,7 +600,7 @@ class _SettlementPath(_Path):
         self.scale = max(self.scale, abs(state.load_factor))
         return super().take(state)
 
-    def _wanted(self) -> float:
+    def _next_way(self) -> float:
         last = self._course.last
         return min(self._goal / self._steps, self._longest if last is None else GROWTH * self._way(last))
 

@@ -41,27 +41,31 @@ def loading_path(
 ) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
     """Follow the loading path to its end and close it.
 
-    An exact collapse state closes the path. A collapse state without dilatancy is not unique: it depends on how the
-    structure is loaded. Each step prescribes the displacement of the variable load and finds forces, displacements and
-    load factor (:class:`~blockstruct.procedures.path.Path`). The contacts remember openings and friction forces.
+    The path is followed until its load factor no longer changes. Its last state is still slightly elastic; to close
+    the path is to replace this state by an exact, rigid one. A collapse state without dilatancy is not unique: it
+    depends on how the structure is loaded. Each step prescribes the displacement of the variable load and finds
+    forces, displacements and load factor (:class:`~blockstruct.procedures.path.Path`). The contacts remember openings
+    and friction forces.
     Compare A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II", Int. J.
     Solids Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
 
     The path ends once the load factor has hardly changed while the displacement grew tenfold. Its displacements still
     contain some elastic strain, which no rigid mechanism has. An exact mechanism and its forces therefore close the
-    path (:func:`~blockstruct.procedures.closing.close_path`). The mechanism belongs to the largest load with friction
-    frozen at ``μ n`` of the path. The forces miss its flow rule least. If the closed state has a different load factor,
-    the path continues.
+    path (:func:`~blockstruct.procedures.closing.close_path`). First, the friction limit of each contact is fixed at
+    ``μ`` times its normal force on the path, and the largest load gives the mechanism. Then, of all admissible forces,
+    those with the smallest flow-rule gap for this mechanism are taken. If the load factor of the closed state differs
+    from the path, the path advances further and is closed again, up to ``ATTEMPTS`` times.
 
-    If a path does not finish, or its closed state has a different load factor, half steps follow the path again. Steps
-    of the other kind are the last attempt.
+    If it still differs, or if the path does not finish, the whole path is repeated with steps half as long, and at last
+    with steps of the other kind.
 
     Parameters
     ----------
     path
         The path, at its beginning.
     bound
-        A load factor that the path hardly passes, infinite without one. It gives the scale of a first guess.
+        Load factor with associative flow, which the path hardly passes; infinite without one. It scales the first guess
+        and the largest displacement.
     settings, solver
         Tolerances of the certificate, and the solver of programs that close the path.
 
@@ -73,21 +77,22 @@ def loading_path(
     Returns
     -------
     PathEnd, Found or None
-        How the path ended, and the certified state. The last step if the load factor never settles. None if no path
-        began or a step was not solved.
+        How the path ended, and a state: the certified one if the path is closed; the last step, without a certificate,
+        if the load factor never settles; otherwise None.
     """
     end, found = yield from _followed(path, bound, settings, solver)
     (other,) = _KINDS.keys() - {settings.path_steps}
-    half_steps = (type(path), settings, 2)
-    other_kind = (_KINDS[other], replace(settings, path_steps=other), 1)
-    last = found
-    for kind, changed, divided in (half_steps, other_kind):
+    half_steps = (settings, 2)
+    other_kind = (replace(settings, path_steps=other), 1)
+    latest = found
+    for attempt, divisor in (half_steps, other_kind):
         if end is PathEnd.CLOSED and found is not None and found.settled:
             break
-        again, last = yield from _followed(kind(path.program, changed, divided), bound, changed, solver)
-        if again is PathEnd.CLOSED and last is not None and (end is not PathEnd.CLOSED or last.settled):
-            end, found = again, last
-    if end is PathEnd.CLOSED and found is not None and found is not last:
+        repeated = _KINDS[attempt.path_steps](path.program, attempt, divisor)
+        latest_end, latest = yield from _followed(repeated, bound, attempt, solver)
+        if latest_end is PathEnd.CLOSED and latest is not None and (end is not PathEnd.CLOSED or latest.settled):
+            end, found = latest_end, latest
+    if end is PathEnd.CLOSED and found is not None and found is not latest:
         # The last iteration of a history is the certified one.
         yield found.state
     return end, found
@@ -107,19 +112,19 @@ def _followed(
         last, settled = yield from _until_settled(path, last, bound, careful=attempts > 0)
         if not settled:
             break
-        near, missed, again = _near(path, last), np.inf, True
-        while again and attempts < ATTEMPTS:
-            closed = yield from close_path(path, near, settings, solver)
+        forces, previous_gap, is_promising = _near(path, last), np.inf, True
+        while is_promising and attempts < ATTEMPTS:
+            closed = yield from close_path(path, forces, settings, solver)
             attempts += 1
             gap = path.gap(closed)
             if closed.certificate.holds:
                 found = _found(path, closed)
                 if best is None or (found.settled, -gap) > (best.settled, -path.gap(best.state)):
                     best = found
-            # Closing a state again from its own forces brings mechanism and forces closer together. Try it again if
-            # another reduction by the same ratio is enough.
-            again = gap > CLOSED and gap / missed * gap <= CLOSED
-            near, missed = closed.x, gap
+            # A state that is closed again from its own forces has a smaller gap. The first repetition is always made,
+            # a later one if another reduction by the same ratio is enough.
+            is_promising = gap > CLOSED and gap * (gap / previous_gap) <= CLOSED
+            forces, previous_gap = closed.x, gap
         exact = best is not None and best.settled and path.gap(best.state) <= CLOSED
         path.refine()
     if best is not None:

@@ -1,8 +1,8 @@
 """Write a file: its name and lock, and the folder next to it that keeps the working data of a run.
 
 The folder ``NAME.partial`` holds ``lock``; ``plan``, an analysis file of every case as it was before the run, without
-the histories that are empty; ``target``, the stamps of files that the run may replace; and ``<case>.journal`` for each
-case that has begun. The plan is made last and removed first: without it the rest counts for nothing.
+the histories that are empty; ``target``, the stamps of files that the run may replace; and ``<k>.journal`` for the case
+with index k once it has begun. The plan is made last and removed first: without it the rest counts for nothing.
 """
 
 import contextlib
@@ -336,7 +336,9 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
 
 
 def save_image(image: bytes, path: str | Path) -> Path:
-    """Write the bytes of an analysis file that was made elsewhere, as :func:`save_analysis` does.
+    """Write the bytes of an analysis file that was made elsewhere.
+
+    Unlike :func:`save_analysis` it discards the iterations of a killed run at this path: the new file is complete.
 
     Raises
     ------

@@ -63,7 +63,7 @@ def found_by(outcome: Outcome) -> str:
 def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
     """Return why a case ended with its status, without a full stop.
 
-    If another procedure found the load factor, the text states why the loading path did not finish.
+    If a loading path was followed and not closed, the text states why.
     """
     last = "" if outcome.drift is None else answer.text(outcome.drift[1])
     text = _REASONS[outcome.reason].format(
@@ -79,8 +79,8 @@ def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
         text += f"; the loading path did not finish: {_PATH_ENDS[outcome.path_end]}"
     if np.isfinite(outcome.load_ratio):
         text += (
-            f"; the loads of two blocks that touch are up to {outcome.load_ratio:.1e} apart, too far for the solver: "
-            "give plates and wedges between heavy blocks no weight, or more"
+            f"; the loads of two blocks that touch differ by a factor of {outcome.load_ratio:.1e}, too much for the "
+            "solver: give plates and wedges between heavy blocks no weight, or more"
         )
     return text
 
@@ -106,7 +106,7 @@ def range_text(ends: tuple[float, float] | None, answer: Answer) -> str:
         return ""
     low, high = answer.ends(ends)
     if low == high:
-        return "the same by other steps and joint stiffness"
+        return "unchanged with other steps and joint stiffness"
     return f"{low} to {high} by step length and joint stiffness"
 
 
@@ -130,9 +130,9 @@ def sentence(
     path_range
         Lowest and highest load factor of the variants of the loading path.
     hung
-        Blocks whose dead load depends on self-stress.
+        Blocks that stand under their dead load only in some states of self-stress.
     digits
-        Significant digits of the numbers.
+        Significant digits of the number, its bound and its peak.
 
     Examples
     --------
@@ -176,7 +176,7 @@ def _peak(outcome: Outcome, answer: Answer, digits: int) -> str:
     peak = answer.text(outcome.peak, digits)
     if answer.is_reaction:
         return f"a least reaction of {peak} on the way"
-    return f"a peak of {peak}: a load that does not yield brings it down at the peak"
+    return f"a peak of {peak}: a load that is not reduced brings it down at the peak"
 
 
 def capitalised(text: str) -> str:
