@@ -1,9 +1,7 @@
 """One step of rigid blocks with elastic contacts, friction, ties and inertia."""
 
 from dataclasses import dataclass
-from typing import Any
 
-import clarabel
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -13,16 +11,21 @@ from blockstruct.solvers.interior_point.schur import OPTIONS
 
 Array = NDArray[np.float64]
 
-#: Residual of equilibrium, in dead wrenches, of a solution.
-SOLVED = 1e-9
+#: Residual of equilibrium, in dead wrenches, of a solution, and with fixed limits of friction.
+SOLVED, BALANCED = 1e-9, 1e-7
 #: Share of its limit from which friction slid in the step before.
 SLIDES = 1e-6
-#: Most Newton iterations.
-ITERATIONS = 8
-#: Most cone programs with fixed limits of friction.
-ROUNDS = 6
+#: Most Newton iterations with friction that follows normal forces, and with fixed limits; how often these follow.
+ITERATIONS, LIMITED, ROUNDS = 8, 150, 30
 #: Earlier residuals of which the largest must not be exceeded, and halvings of a step to get there.
 RECENT, HALVINGS = 4, 4
+#: Stiffness of contacts that are open or slide, relative to closed ones, at the start with fixed limits; factor by
+#: which it changes after long and short steps; and value below which it is zero.
+RESISTS, CHANGE, NONE = 1e-2, 10.0, 1e-8
+#: Shares of a direction that are long and short.
+LONG, SHORT = 0.5, 0.1
+#: Slope that ends the search along a direction, relative to its start; most divisions, and their least part.
+FLAT, DIVISIONS, INSIDE = 0.1, 30, 0.05
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
 
@@ -93,8 +96,8 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
 
     The method is the semismooth Newton method of P. Alart, A. Curnier (Comput. Methods Appl. Mech. Eng. 92 (1991)
     353–375). It begins with contacts that are open, stick or slide like in the step before. If it does not converge,
-    limits of friction are held fixed: the step is then a second-order cone program, and Newton's method begins again
-    from its solution. The limits follow the normal forces of the program.
+    limits of friction are held fixed: displacements then minimise a convex function. The limits follow the normal
+    forces, and Newton's method begins again.
 
     Parameters
     ----------
@@ -112,17 +115,18 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     u, alpha = newton.predicted(motion)
     if not np.isfinite(alpha):
         u, alpha = motion, step.load_factor
-    found, normal = newton.solve(u, alpha), step.force[:, 0]
+    # Without earlier forces, nothing slides at first.
+    normal = step.force[:, 0]
+    limit = friction * np.maximum(normal, 0.0) if normal.any() else np.full(len(normal), np.inf)
+    found = newton.solve(u, alpha)
     for _ in range(ROUNDS):
         if found is not None:
             break
-        # Without earlier forces, nothing slides at first.
-        limit = friction * normal if normal.any() else np.full(len(normal), np.abs(step.problem.w_D).sum())
-        guess = newton.with_fixed_limits(limit, motion)
-        if guess is None:
+        least = newton.minimised(u, alpha, limit)
+        if least is None:
             return None
-        u, alpha, normal = guess
-        found = newton.solve(u, alpha)
+        u, alpha, kept = least
+        found, limit = newton.solve(u, alpha), friction * kept[: 3 * len(limit) : 3]
     return found
 
 
@@ -142,9 +146,8 @@ class _Newton:
         self._unmoved = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))])
         self._unmoved[: 3 * self._K : 3] = -step.gap
         self._unmoved[3 * self._K :] = -step.slack
-        #: Forces of one sign: normal forces and ties.
-        self._one_sided = np.r_[0 : 3 * self._K : 3, 3 * self._K : len(unit)]
-        self._unmoved[self._one_sided] *= self._stiff[self._one_sided]
+        positions = np.r_[0 : 3 * self._K : 3, 3 * self._K : len(unit)]
+        self._unmoved[positions] *= self._stiff[positions]
         place, tie = 3 * np.arange(self._K)[:, None, None], np.arange(3 * self._K, len(unit))
         rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
         self._rows, self._columns = (np.concatenate([part.ravel(), tie]) for part in (rows, columns))
@@ -161,21 +164,21 @@ class _Newton:
         sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < (1 - SLIDES) * step.problem.friction * before[:, 0])
         x[:, 0] = np.where(closed, before[:, 0], np.minimum(x[:, 0], 0.0))
         x[sticks, 1:] = before[sticks, 1:]
-        kept, slope = self._limited(like)
+        kept, slope = self._limited(like, None)
         kept += np.bincount(self._rows, slope * (trial - like)[self._columns], len(kept))
         more, rise = self._direction(motion, step.load_factor, kept, slope)
         return motion + more, step.load_factor + rise
 
     def solve(self, u: Array, alpha: float) -> StepSolution | None:
         """Solve from displacements and a load factor; return None if the method does not converge."""
-        kept, slope = self._limited(self._trial(u))
+        kept, slope = self._limited(self._trial(u), None)
         recent = [np.inf]
         for _ in range(ITERATIONS):
             more, rise = self._direction(u, alpha, kept, slope)
             best = np.inf
             for halving in range(HALVINGS + 1):
                 at = u + 0.5**halving * more, alpha + 0.5**halving * rise
-                forces, slopes = self._limited(self._trial(at[0]))
+                forces, slopes = self._limited(self._trial(at[0]), None)
                 missed = self._missed(*at, forces)
                 if (size := float(np.linalg.norm(missed))) < best:
                     best, next_u, next_alpha, kept, slope = size, *at, forces, slopes
@@ -191,43 +194,51 @@ class _Newton:
                 return StepSolution(x, T, u, float(alpha), self._factorisations)
         return None
 
-    def with_fixed_limits(self, limit: Array, motion: Array) -> tuple[Array, float, Array] | None:
-        """Return displacements, load factor and normal forces (K,) for given limits (K,) of friction.
+    def minimised(self, u: Array, alpha: float, limit: Array) -> tuple[Array, float, Array] | None:
+        """Return displacements, load factor and forces for fixed limits (K,) of friction; None if none are found.
 
-        Forces, displacements and load factor minimise ``½ C Σ (x − x_0)² + ½ Δu·M Δu − α s`` in equilibrium,
-        ``A x + w_D + α w_L = M Δu``, where ``x_0`` are the trial forces of blocks that do not move. The displacements
-        are the multipliers of equilibrium. None if the program is not solved.
+        Each step goes along its direction to where the function that the displacements minimise is nearly least.
         """
-        step, K, one_sided, capacity = self._step, self._K, self._one_sided, self._step.problem.ties.capacity
-        forces, unknowns, s = len(self._stiff), len(motion), step.displacement
-        # Displacements are in a length near their own.
-        length = max(float(np.abs(motion).max()), float((1 / self._stiff).max()))
-        soft, M = 1 / self._stiff / length, length * step.inertia
-        P = sp.block_diag([sp.diags_array(soft), sp.csr_array((1, 1)), M])
-        q = np.concatenate([-soft * self._unmoved, [0.0 if s is None else -s / length], np.zeros(unknowns)])
-        unit = sp.eye_array(forces + 1 + unknowns, format="csr")
-        discs, bounded = unit[: 3 * K].multiply(np.tile([[0.0], [1.0], [1.0]], (K, 1))), np.isfinite(capacity)
-        push = sp.csr_array(step.problem.w_L[:, None])
-        parts: list[tuple[Any, Any, list[Any]]] = [
-            (sp.hstack([-self._B, -push, M]), step.problem.w_D, [clarabel.ZeroConeT(unknowns)]),
-            (-unit[one_sided], np.zeros(len(one_sided)), [clarabel.NonnegativeConeT(len(one_sided))]),
-            (unit[3 * K : forces][bounded], capacity[bounded], [clarabel.NonnegativeConeT(int(bounded.sum()))]),
-            (-discs, np.kron(limit, [1.0, 0.0, 0.0]), [clarabel.SecondOrderConeT(3)] * K),
-        ]
-        if s is None:
-            parts.append((unit[[forces]], np.array([step.load_factor]), [clarabel.ZeroConeT(1)]))
-        rows, right, cones = zip(*parts, strict=True)
-        settings = clarabel.DefaultSettings()
-        settings.verbose, settings.direct_solve_method = False, "qdldl"
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = SOLVED
-        G, every = sp.vstack(rows, format="csc"), [cone for group in cones for cone in group]
-        solver = clarabel.DefaultSolver(sp.triu(P, format="csc"), q, G, np.concatenate(right), every, settings)
-        solution = solver.solve()
-        self._factorisations += int(solution.iterations)
-        x, u = np.array(solution.x), -length * np.array(solution.z)[:unknowns]
-        if not (np.isfinite(x).all() and np.isfinite(u).all()):
-            return None
-        return u, float(x[forces]), np.maximum(x[: 3 * K : 3], 0.0)
+        resists = RESISTS
+        kept, slope = self._limited(self._trial(u), limit)
+        for _ in range(LIMITED):
+            more, rise = self._direction(u, alpha, kept, slope, resists)
+            alpha += rise
+            if not np.isfinite(alpha):
+                return None
+            share = self._share(u, more, alpha, limit)
+            u = u + share * more
+            if share > LONG:
+                resists = resists / CHANGE if resists > NONE else 0.0
+            elif share < SHORT:
+                resists = CHANGE * max(resists, NONE)
+            kept, slope = self._limited(self._trial(u), limit)
+            if np.abs(self._missed(u, alpha, kept)).max() <= BALANCED:
+                return u, alpha, kept
+        return None
+
+    def _share(self, u: Array, more: Array, alpha: float, limit: Array) -> float:
+        """Return the share of a direction at which the minimised function is nearly least; at most one."""
+
+        def slope(share: float) -> float:
+            at = u + share * more
+            return -float(self._missed(at, alpha, self._limited(self._trial(at), limit)[0]) @ more)
+
+        low, high, at_low, at_high = 0.0, 1.0, slope(0.0), slope(1.0)
+        flat, share = FLAT * abs(at_low), 1.0
+        if at_high <= flat:
+            return share
+        for _ in range(DIVISIONS):
+            part = min(max(at_low / (at_low - at_high), INSIDE), 1 - INSIDE)
+            share = low + part * (high - low)
+            at_share = slope(share)
+            if abs(at_share) <= flat:
+                break
+            if at_share > 0:
+                high, at_high = share, at_share
+            else:
+                low, at_low = share, at_share
+        return share
 
     def _trial(self, u: Array) -> Array:
         """Return the forces of contacts and ties without limits."""
@@ -238,10 +249,13 @@ class _Newton:
         step = self._step
         return np.asarray(self._B @ kept + step.problem.w_D + alpha * step.problem.w_L - step.inertia @ u)
 
-    def _direction(self, u: Array, alpha: float, kept: Array, slope: Array) -> tuple[Array, float]:
+    def _direction(
+        self, u: Array, alpha: float, kept: Array, slope: Array, resists: float = 0.0
+    ) -> tuple[Array, float]:
         """Return the changes of displacements and load factor; NaN if the matrix is singular."""
         step, w = self._step, self._step.problem.w_L
-        D = sp.csr_array((slope * self._stiff[self._columns], (self._rows, self._columns)), shape=2 * (len(kept),))
+        stiffness = (slope + resists * (self._rows == self._columns)) * self._stiff[self._columns]
+        D = sp.csr_array((stiffness, (self._rows, self._columns)), shape=2 * (len(kept),))
         D.eliminate_zeros()
         S = sp.csc_matrix(self._B @ D @ self._BT + step.inertia)
         self._factorisations += 1
@@ -258,22 +272,25 @@ class _Newton:
                 more, rise = more + further * push, rise + further
         return more, rise
 
-    def _limited(self, trial: Array) -> tuple[Array, Array]:
-        """Return forces within the limits and the entries of their derivatives."""
+    def _limited(self, trial: Array, limit: Array | None) -> tuple[Array, Array]:
+        """Return forces within the limits and the entries of their derivatives.
+
+        The limit of friction is ``μ n`` if none is given.
+        """
         problem, K = self._step.problem, self._K
-        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction)
+        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction, limit)
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
 
 
-def limited(x: Array, friction: Array) -> tuple[Array, Array]:
+def limited(x: Array, friction: Array, limit: Array | None = None) -> tuple[Array, Array]:
     """Return contact forces (K, 3) moved back to what contacts bear, and the derivatives (K, 3, 3).
 
-    Contacts bear no tension, and friction up to ``μ n``.
+    Contacts bear no tension, and friction up to the limit (K,), which is ``μ n`` if none is given.
     """
     n, size = np.maximum(x[:, 0], 0.0), np.hypot(x[:, 1], x[:, 2])
-    most = friction * n
+    most = friction * n if limit is None else limit
     slides = size > most
     share = np.divide(most, size, out=np.ones(len(n)), where=slides)
     along = x[:, 1:] / np.maximum(size, 1e-300)[:, None]
@@ -281,5 +298,6 @@ def limited(x: Array, friction: Array) -> tuple[Array, Array]:
     slope[:, 0, 0] = n > 0
     slope[:, 1, 1] = slope[:, 2, 2] = share
     slope[:, 1:, 1:] -= np.where(slides, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
-    slope[:, 1:, 0] = np.where(slides & (n > 0), friction, 0.0)[:, None] * along
+    if limit is None:
+        slope[:, 1:, 0] = np.where(slides & (n > 0), friction, 0.0)[:, None] * along
     return np.column_stack([n, share[:, None] * x[:, 1:]]), slope
