@@ -1,5 +1,7 @@
 """Several directions in one call, and several sizes of units."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -32,6 +34,16 @@ def test_the_weakest_direction_governs(found):
     assert (found.verdict.ratio, found.verdict.satisfied) == (found.table["ratio"].min(), True)
     assert found.verdict.direction in ("+x", "−x")
     assert found.table["governs"].sum() == 1
+
+
+def test_a_direction_that_has_not_settled_opens_the_verdict_and_leaves_the_lowest_ratio(found):
+    """A ratio of 3.5 that had not settled stood above a settled one of 2.2."""
+    name = max(found.checks, key=lambda name: found.checks[name].verdict.share)
+    result = found.checks[name].result
+    drifting = result.changed(outcome=replace(result.outcome, settled=False))
+    open_one = replace(found, checks={**found.checks, name: replace(found.checks[name], result=drifting)})
+    assert (open_one.verdict.ratio, open_one.verdict.satisfied) == (found.verdict.ratio, False)
+    assert any(name in str(note) for note in open_one.verdict.open)
 
 
 def test_only_the_direction_that_governs_has_its_variants_and_its_history(found, tmp_path):

@@ -55,7 +55,7 @@ class Building:
     def verdict(self) -> Verdict:
         """The verdict of the building: that of the governing direction.
 
-        It is not satisfied while a direction has no load factor, or has another open warning.
+        It is the lowest, and not satisfied while a direction has no settled load factor, or another open warning.
         """
         verdict = self.governing.verdict
         without = [
@@ -63,8 +63,10 @@ class Building:
             for name, result in self.analysis.items()
             if result.status not in (Status.CONVERGED, Status.UNBOUNDED) and result.of_case == ""
         ]
-        others = [note for check in self.checks.values() if check is not self.governing for note in check.verdict.open]
-        return replace(verdict, open=tuple(dict.fromkeys([*verdict.open, *without, *others])))
+        others = {name: check.verdict for name, check in self.checks.items() if check is not self.governing}
+        without += [assessment.direction_unsettled(name) for name, other in others.items() if not other.settled]
+        notes = [note for other in others.values() for note in other.open]
+        return replace(verdict, open=tuple(dict.fromkeys([*verdict.open, *without, *notes])))
 
     @property
     def table(self) -> pd.DataFrame:
@@ -187,7 +189,7 @@ def building(  # noqa: PLR0913
 
 
 def _governing(checks: Mapping[str, LocalMechanismCheck]) -> str:
-    return min(checks, key=lambda name: (checks[name].satisfied, checks[name].verdict.share))
+    return min(checks, key=lambda name: checks[name].verdict.share)
 
 
 def _last(result: CaseResult) -> CaseResult:

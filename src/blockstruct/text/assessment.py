@@ -109,6 +109,12 @@ def direction_without(name: str, status: Status) -> Note:
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
+def direction_unsettled(name: str) -> Note:
+    """Return the note on a direction of a building whose load factor has not settled."""
+    text = f"The load factor of “{name}” has not settled, so nothing covers this direction."
+    return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
+
+
 def unit_size(size: float, ratio: float) -> Note:
     """Return the note on units of another size, m, with which capacity over demand is below one."""
     text = f"With units of {shown(size, 'm')}, capacity / demand is {ratio_text(ratio)}. Draw the bond as it is."

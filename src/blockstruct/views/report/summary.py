@@ -30,8 +30,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     """Return the governing case, with its number in words and its picture.
 
     A pushed case without a load factor governs, whatever the other checks. Otherwise the check with the least share of
-    its site's ground acceleration governs, out of the unsatisfied ones if any. Without checks, the case with the lowest
-    load factor governs. Settlements govern only if there are no other cases.
+    its site's ground acceleration governs. Without checks, the case with the lowest load factor governs. Settlements
+    govern only if there are no other cases.
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
@@ -83,7 +83,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], has_doubt_note=has_doubt_note),
         "figures": figures,
         "picture": mechanism_picture(relied_motion(check) if check else result),
-        "holds": _holds(result, check),
+        "holds": _holds(result, [one for _, one in checks]),
         "missed": _missed([item for item in checks if item[1] is not check]),
         "notes": list(dict(zip(noted.numbers(texts), texts, strict=True)).items()),
     }
@@ -98,22 +98,22 @@ def _governing(
         # It is worse than any number, and than any check of another case.
         return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
-        return min(checks, key=lambda item: (item[1].satisfied, item[1].verdict.share))
+        return min(checks, key=lambda item: item[1].verdict.share)
     # A record that the structure stands has no number.
     numbered = [name for name, head in heads.items() if head.status is not bs.Status.STANDS] or heads
     return min(numbered, key=lambda name: heads[name].load_factor, default=None), None
 
 
-def _holds(result: bs.CaseResult, check: Check | None) -> bool | None:
-    """Return whether the governing case is satisfied; None without a check.
+def _holds(result: bs.CaseResult, checks: Sequence[Check]) -> bool | None:
+    """Return whether every check is satisfied; None without a check.
 
-    It is False without a settled load factor.
+    It is False if the governing case has no settled load factor.
     """
     if result.status is bs.Status.STANDS:
         return True
     if np.isnan(result.load_factor) or result.drifts:
         return False
-    return None if check is None else check.satisfied
+    return all(check.satisfied for check in checks) if checks else None
 
 
 def _sentence(
