@@ -83,7 +83,7 @@ _LEAPS = "another mechanism takes over, as where the hinge of an arch leaps, or 
 
 
 def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
-    """Values of steps, of which there is at least one: an array each, along the steps first.
+    """Return an array of each value of one or more steps.
 
     The first dimension is the step. Values of contact points follow one another, step by step; ``loaded_points`` has
     their number in each step.
@@ -96,7 +96,7 @@ def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
 
 
 def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
-    """Capacity curve of the values of its steps, in SI units.
+    """Return the capacity curve of the values of its steps, in SI units.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
     -------
     xarray.Dataset
         Dimensions step, block, axis (x, y, z), contact and, with ties, tie; ``displacement`` is a coordinate along
-        ``step``. Contact points with a force are one step after the other, ``step_of_contact`` tells that of each.
+        ``step``. Contact points with a force follow one another, step by step; ``step_of_contact`` is their step.
         ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before; of a settlement,
         the largest displacement of the supports before blocks fall, NaN if none fall. A settlement has ``reaction``;
         ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
@@ -120,8 +120,8 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
             {"units": SI_UNITS[dimension], "long_name": long_name} if dimension else {"long_name": long_name},
         )
         for name, (dimension, long_name) in _VALUES.items()
-        # A model without ties has no tie variables. Old working data may lack other variables.
-        if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
+        # A model without ties has no tie variables.
+        if model.ties or "tie" not in _DIMS.get(name, ())
     }
     largest = "displacement at which the load factor is zero"
     if isinstance(case, SettlementCase):
@@ -141,10 +141,12 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
             {"long_name": "names of the blocks"},
         ),
         "axis": ("axis", np.array(AXES, dtype=object), {"long_name": "axes of the model"}),
+        "step_of_contact": (
+            "contact",
+            np.repeat(np.arange(n), arrays["loaded_points"]),
+            {"long_name": "state of each contact point with a force"},
+        ),
     }
-    if "loaded_points" in arrays:
-        of_contact = np.repeat(np.arange(n), arrays["loaded_points"])
-        coords["step_of_contact"] = ("contact", of_contact, {"long_name": "state of each contact point with a force"})
     d0 = largest_displacement(case, *(arrays[name] for name in ("displacement", "load_factor", "falls")))
     data = {**variables, "d0": ((), d0, _length(largest))}
     if "tie_elongation" in variables:
@@ -278,7 +280,7 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def steps_of(capacity: xr.Dataset) -> list[MotionState]:
-    """The states of a capacity curve; those of arrays of its contact points as they stand."""
+    """Return the states of a capacity curve."""
     n = capacity.sizes["step"]
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}

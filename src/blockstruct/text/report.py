@@ -49,7 +49,7 @@ def number(case: str, value: str, answer: Answer, *, cases: int, has_mixed_units
     )
 
 
-def ratio(case: str, state: str, value: float, load_factor: str, *, checks: int, is_least: bool) -> str:
+def ratio(case: str, state: str, value: float, load_factor: str, *, checks: int) -> str:
     """Return the sentence on the governing check.
 
     Parameters
@@ -62,11 +62,9 @@ def ratio(case: str, state: str, value: float, load_factor: str, *, checks: int,
         Text of the load factor.
     checks
         Number of checks.
-    is_least
-        Whether no other check bears a smaller share of the ground acceleration of its site.
     """
-    governs = "bears the least share of its site's ground acceleration" if is_least else "is not satisfied"
-    among = f", which of {checks} checks {governs}" if checks > 1 else ""
+    least = f", which of {checks} checks bears the least share of its site's ground acceleration"
+    among = least if checks > 1 else ""
     return (
         f"Relied on: capacity / demand {ratio_text(value)} of “{case}” ({state}){among}, from its load factor "
         f"{load_factor}."

@@ -123,8 +123,7 @@ def _sentence(
         return report.no_number(name, head.status, head.answer, cases=cases, checks=len(checks))
     if check is None:
         return report.number(name, head.number, head.answer, cases=cases, has_mixed_units=mixed)
-    is_least = check.verdict.share <= min(one.verdict.share for one in checks)
-    return report.ratio(name, check.relied_on, check.ratio, head.number, checks=len(checks), is_least=is_least)
+    return report.ratio(name, check.relied_on, check.ratio, head.number, checks=len(checks))
 
 
 def _between(analysis: bs.Analysis) -> str:
