@@ -111,8 +111,8 @@ class AnalysisManager:
         Parameters of the model, kept in the file: numbers, texts and quantities by name. They are columns of
         :meth:`blockstruct.Archive.table`.
     effects
-        Whether to run a case with a note on torsion or crushing again by the remedy of the note, which then states how
-        much the number changes. It takes one to three times as long as the case.
+        Whether to run a case with a note on torsion, crushing or self-stress again by the remedy of the note, which
+        then states how much the number changes. It takes one to three times as long as the case.
     document_hash
         Hash of the document that describes the model: :attr:`blockstruct.documents.Document.hash`.
     study

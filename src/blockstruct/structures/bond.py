@@ -40,6 +40,7 @@ def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
             if not bad or len(lines) == 2:
                 break
             k = bad[0]
+            # The bad piece joins its smaller neighbour. Piece k lies between lines k and k + 1.
             neighbours = [(pieces[j].area, line) for j, line in ((k - 1, k), (k + 1, k + 1)) if 0 <= j < len(pieces)]
             del lines[min(neighbours)[1]]
         if not all(map(_is_whole, pieces)):
@@ -50,10 +51,10 @@ def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
             raise ModelError(msg)
         outlines += pieces
     outlines.sort(key=lambda piece: piece.centroid.x)
-    return [clean(shapely.get_coordinates(piece)[:-1]) for piece in outlines]
+    return [_clean(shapely.get_coordinates(piece)[:-1]) for piece in outlines]
 
 
-def clean(outline: Array) -> Array:
+def _clean(outline: Array) -> Array:
     """Return the outline without repeated corners and without corners on a line with their neighbours."""
     size = float(np.ptp(outline, axis=0).max())
     kept = list(outline)
@@ -172,21 +173,24 @@ class Panel:
     rubble: RubbleJoints | None = None
 
     def units(self, number: int) -> Iterator[Unit]:
-        """Yield the units of one course, named ``number.k``. Courses are numbered from one."""
+        """Yield the units of one course, named ``number.k``. Courses are numbered from one.
+
+        Rubble remembers the joints of the course below: its courses are taken in order, once each.
+        """
         bond, is_odd = self.bond, number % 2 == 1
-        spans = [span for part in self._parts(number) for span in _common(part, self._lintels(number))]
-        rest = without(self._parts(number), spans)
+        lintels = [span for part in self._parts(number) for span in _common(part, self._lintels(number))]
+        between_lintels = _without(self._parts(number), lintels)
         foot, head = (number - 1) * bond.course_height, self.heads[number - 1]
         shapes = [o.outline(bond.course_height) for o in self.openings if o.voussoirs is not None]
         shapes = [shape for shape in shapes if shape.bounds[1] < head and shape.bounds[3] > foot]
-        self._check_bearings(number, spans)
-        for a, b in spans:
+        self._check_bearings(number, lintels)
+        for a, b in lintels:
             self._check_lintel(number, shapely.box(a, foot, b, head), shapes)
         # The grid closes slits and necks of rounding between rings that touch.
         grid = float(np.exp2(np.floor(np.log2(GRID * bond.course_height))))
         for layer, v, length, shift in bond.layers(number, is_odd == self.shifts_odd):
             units: list[tuple[Interval, Array | None]] = []
-            for part in rest:
+            for part in between_lintels:
                 joints = self._joints(number, layer, part, length, shift)
                 region = shapely.box(part[0], foot, part[1], head)
                 remaining = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
@@ -200,7 +204,7 @@ class Panel:
                     units += [((float(o[:, 0].min()), float(o[:, 0].max())), o) for o in outlines]
             for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
                 yield Unit(f"{number}.{k}{layer}", u, v, outline)
-        for k, u in enumerate(spans, start=1):
+        for k, u in enumerate(lintels, start=1):
             yield Unit(f"{number}.lintel{k}", u, (0.0, bond.depth))
 
     def _parts(self, number: int) -> list[Interval]:
@@ -209,10 +213,10 @@ class Panel:
         parts = [(start, end)]
         if number % 2 == 0:
             crossed = [(a, b) for a, b, last in self.crossings if number <= last]
-            parts = without([(start - self.back, end)], crossed)
+            parts = _without([(start - self.back, end)], crossed)
         height = self.bond.course_height
         plain = [(o, o.courses(height)) for o in self.openings if isinstance(o, Opening)]
-        return without(parts, [(o.start, o.end) for o, (low, high) in plain if low < number <= high])
+        return _without(parts, [(o.start, o.end) for o, (low, high) in plain if low < number <= high])
 
     def _lintels(self, number: int) -> list[Interval]:
         """Return the lintels of a course, where the openings below it end."""
@@ -228,9 +232,12 @@ class Panel:
             first, last = np.ceil((part[0] - origin) / length), np.floor((part[1] - origin) / length)
             joints: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
             return joints
-        others = [crossing[:2] for crossing in self.crossings] + [self.extent[:1] * 2] * (self.back > 0)
-        others += [*self._lintels(number - 1), *self._lintels(number + 1)]
-        return self.rubble.joints(number, layer, part, [x for ends in others for x in ends])
+        spans = [crossing[:2] for crossing in self.crossings]
+        spans += [*self._lintels(number - 1), *self._lintels(number + 1)]
+        others = [x for span in spans for x in span]
+        if self.back > 0:
+            others.append(self.extent[0])
+        return self.rubble.joints(number, layer, part, others)
 
     def _check_bearings(self, course: int, spans: Sequence[Interval]) -> None:
         for (_, end), (start, _) in pairwise(sorted(spans)):
@@ -255,19 +262,19 @@ class Panel:
 
 
 def _common(part: Interval, others: Sequence[Interval]) -> list[Interval]:
-    """Return what a part of a line has in common with others."""
+    """Return the overlaps of an interval with others."""
     shared = [(max(a, part[0]), min(b, part[1])) for a, b in others]
     return [(a, b) for a, b in shared if b > a]
 
 
-def without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interval]:
+def _without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interval]:
     """Subtract holes from parts of a line; slivers of rounding are dropped."""
-    left = list(parts)
+    remaining = list(parts)
     for low, high in holes:
-        left = [
+        remaining = [
             piece
-            for a, b in left
+            for a, b in remaining
             for piece in ((a, min(b, low)), (max(a, high), b))
             if piece[1] - piece[0] > ROUNDING * (b - a)
         ]
-    return left
+    return remaining

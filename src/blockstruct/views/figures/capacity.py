@@ -37,22 +37,22 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     if curve is None or not bs.model.has_curve(result.case):
         msg = f"case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
-    settles = "reaction" in curve
+    settles = result.answer.is_reaction
     if settles:
         # A fall has no reaction of its own.
         curve = curve.isel(step=curve["falls"].to_numpy() == 0)
-    displacement, value = (
+    displacement, values = (
         curve[name].to_numpy() for name in ("displacement", "reaction" if settles else "load_factor")
     )
-    per, force = readable(value, "N") if settles else (1.0, "-")
-    load_factor = value * per
+    scale, value_unit = readable(values, "N") if settles else (1.0, "-")
+    values = values * scale
     holds = curve["holds"].to_numpy() > 0
     factor, unit = readable(displacement, "m")
     ax = new_axes(ax)
     colour = next_colour(ax)
-    ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
-    ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
-    ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
+    ax.plot(displacement * factor, values, "-", color=colour, lw=1.2, label=label)
+    ax.plot(displacement[holds] * factor, values[holds], "o", color=colour, ms=3)
+    ax.plot(displacement[~holds] * factor, values[~holds], "x", color=FORCE, ms=5)
     d0 = float(curve["d0"])
     if np.isfinite(d0):
         ax.annotate(
@@ -66,7 +66,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         if settles:
             ax.axvline(d0 * factor, color=FORCE, lw=0.8, ls="--", zorder=0)
     else:
-        ax.plot(displacement[-1:] * factor, load_factor[-1:], "o", mfc="none", mec=FORCE, ms=9)
+        ax.plot(displacement[-1:] * factor, values[-1:], "o", mfc="none", mec=FORCE, ms=9)
     broken = result.broken_ties
     for at in broken["displacement [meter]"].unique().tolist():
         names = broken.index[broken["displacement [meter]"] == at]
@@ -83,12 +83,12 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     if isinstance(result.case, bs.SettlementCase):
-        what, ylabel = listed(result.case.supports, 3), f"reaction R [{force}]"
+        what, ylabel = listed(result.case.supports, 3), f"reaction R [{value_unit}]"
     else:
         what, ylabel = f"the control point on {result.case.control[0]}", "load factor α [-]"
     ax.set(xlabel=f"displacement of {verbatim(what)} [{unit}]", ylabel=ylabel)
     # From zero, with room for a text below it.
-    ax.update_datalim([(0.0, -0.06 * load_factor.max())])
+    ax.update_datalim([(0.0, -0.06 * values.max())])
     ax.autoscale_view()
     if label:
         legend_above(ax)
