@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 import blockstruct as bs
 from blockstruct.analysis import CaseStarted
@@ -272,11 +273,12 @@ def test_nothing_lies_in_the_face_of_a_block(page, analysis):
 
 
 def test_the_mechanism_plays_when_asked_and_stops(page):
-    moved, amplitude = coordinates(page, BLOCKS), "Number(document.getElementById('amplitude').value)"
+    moved = coordinates(page, BLOCKS)
     page.click("#play")
-    page.wait_for_function(f"({amplitude} !== {AMPLITUDE}) && ({amplitude} <= {AMPLITUDE})")
+    # Locators are asked again by the browser's driver; a function that waits in the page is refused by its policy.
+    expect(page.locator("#amplitude")).not_to_have_value(str(AMPLITUDE))
     page.click("#play")
-    page.wait_for_function("document.getElementById('play').textContent.includes('play')")
+    expect(page.locator("#play")).to_contain_text("play")
     page.wait_for_timeout(500)
     settle(page)
     np.testing.assert_allclose(coordinates(page, BLOCKS), moved)
