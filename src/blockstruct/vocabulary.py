@@ -194,6 +194,23 @@ class CurveEnd(StrEnum):
     BEGINS_ABOVE = "begins_above"
 
 
+class CurveDoubt(StrEnum):
+    """What is doubtful in a part of a capacity curve."""
+
+    #: The load factor rises above its first value.
+    RISES = "rises"
+    #: The load factor jumps where blocks slip and catch.
+    SLIPS = "slips"
+    #: The load factor jumps where another mechanism takes over.
+    LEAPS = "leaps"
+    #: Blocks slide before a long step and rock after it.
+    ROCKS = "rocks"
+    #: Blocks slide before a long step, and rock and slide after it.
+    ROCKS_AND_SLIDES = "rocks_and_slides"
+    #: The forces do not balance the energy of a step.
+    MISSES_WORK = "misses_work"
+
+
 class Stage(StrEnum):
     """Program, or step, of the procedure that an iteration solved."""
 

@@ -10,7 +10,7 @@ from blockstruct import text
 from blockstruct.limit import Outcome
 from blockstruct.text import LOAD_FACTOR, Answer, NoteCode
 from blockstruct.text import assessment as a
-from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status
+from blockstruct.vocabulary import CurveDoubt, PathEnd, Procedure, Reason, Status
 
 REACTION = Answer("reaction", "R", "force", -1e3)
 FIRST, INF = (Status.CONVERGED, 0.5, Reason.CERTIFIED), np.inf
@@ -128,6 +128,14 @@ def test_verdicts(of_sld, at):
     assert a.verdict("SLD", 0.823, "not satisfied", 1.211, ("0.1235 g", "0.15 g"), of_sld=of_sld) == (
         f"SLD: capacity / demand = 0.823, not satisfied; {at} = 1.211 m/s² = 0.1235 g (site 0.15 g)."
     )
+
+
+def test_doubts_on_a_curve():
+    facts = (0.01, 0.02), (0.3, 0.4), 0.02, "fictitious"
+    clauses = [f"{doubt}: {text.doubtful_part(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
+    assert clauses == Path(__file__).with_name("doubts.txt").read_text(encoding="utf-8").splitlines()
+    alone = text.doubtful_part(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
+    assert alone == clauses[0].removeprefix("rises: ").split(", or ")[0]
 
 
 def test_unit_sizes():

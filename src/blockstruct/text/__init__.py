@@ -23,7 +23,7 @@ from blockstruct.text.case import (
     why,
 )
 from blockstruct.text.caveats import caveats
-from blockstruct.text.curve import curve_end
+from blockstruct.text.curve import curve_end, doubtful_part
 from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
 from blockstruct.text.masses import pushed_masses
 from blockstruct.text.mechanism import (
@@ -74,6 +74,7 @@ __all__ = [
     "capitalised",
     "certificate_sentence",
     "curve_end",
+    "doubtful_part",
     "no_curve",
     "pushed_masses",
     "pushed_states",
