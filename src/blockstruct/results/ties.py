@@ -142,11 +142,11 @@ def break_displacements(displacement: Array, elongation: Array, limit: Array) ->
     limit : (N,) array
         Elongation limits of the ties, m; infinite without one.
     """
-    found = np.full(len(limit), np.nan)
+    displacements = np.full(len(limit), np.nan)
     for tie, k in _breaking(elongation, limit).items():
-        found[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
+        displacements[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
     # Ties that break together break at the same displacement, free of rounding.
-    return np.round(found, DECIMALS)
+    return np.round(displacements, DECIMALS)
 
 
 def _breaking(elongation: Array, limit: Array) -> dict[int, int]:

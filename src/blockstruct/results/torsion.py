@@ -117,13 +117,13 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bo
     ``answer`` is ``"load factor"`` or ``"reaction"``. With ``limited`` the notes are on what the torsion of uniform
     pressure would leave in all joints.
     """
-    found = corner_torsion(model, history)
+    torsion = corner_torsion(model, history)
     if limited:
-        found = found.assign(times=found["times_left"], share=found["share_left"])
+        torsion = torsion.assign(times=torsion["times_left"], share=torsion["share_left"])
     weight = sum(block.weight for block in model.blocks if not block.fixed)
     at_corners = np.array([not limited and i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
     notes = []
-    for joints, corners in ((found[at_corners], True), (found[~at_corners], False)):
+    for joints, corners in ((torsion[at_corners], True), (torsion[~at_corners], False)):
         share = float(joints["share"].sum())
         if share > EFFECT:
             worst = joints[joints["share"] > 0].sort_values("share", ascending=False)
