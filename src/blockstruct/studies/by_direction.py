@@ -17,6 +17,7 @@ from blockstruct.errors import ModelError, StudyWarning
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
+from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
@@ -190,12 +191,12 @@ class Directions:
         """
         if not math.isnan(self.least_between) or self.data.sizes["direction"] < 2:
             return ""
-        said = "are not covered, and one of them may be lower"
         widest = int(np.argmax(self._gaps))
-        if self._gaps[widest] <= _COMPASS * (1 + 1e-9):
-            return said
+        gap = float(self._gaps[widest])
+        if gap <= _COMPASS * (1 + 1e-9):
+            return study.uncovered_directions()
         start, end = (float(self.data["direction"][k]) for k in (widest, (widest + 1) % self.data.sizes["direction"]))
-        return f"{said}: none was run for {self._gaps[widest]:g} deg, from {start:g} to {end:g} deg"
+        return study.uncovered_directions(gap, start, end)
 
     @property
     def least_between(self) -> float:
@@ -227,13 +228,13 @@ class Directions:
                 f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{'NOT SETTLED' if drifts else in_words(status)}"
             )
         if not math.isnan(self.load_factor):
-            lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
+            lines.append(f"  {study.governing_direction(self.governing_direction, self.load_factor)}")
         if not math.isnan(self.least_between):
-            lines.append(f"  no direction between them is below {self.least_between:.4g}")
+            lines.append(f"  {study.least_between_directions(self.least_between)}")
         if self.uncovered:
-            lines.append(f"  directions between them {self.uncovered}")
+            lines.append(f"  {study.between_directions(self.uncovered)}")
         if self.without_load_factor:
-            lines.append(f"  not known: {', '.join(self.without_load_factor)}; the envelope may be lower there")
+            lines.append(f"  {study.unknown_directions(self.without_load_factor)}")
         return "\n".join(lines)
 
 
@@ -301,9 +302,6 @@ def directions(  # noqa: PLR0913
     manager = AnalysisManager(model, store, settings=settings, listeners=listeners, effects=False)
     around = Directions.of(manager.run(cases, spread=spread))
     if around.without_load_factor:
-        msg = (
-            f"directions: no load factor for {', '.join(around.without_load_factor)} "
-            f"({around.endings}); the envelope may be lower there"
-        )
+        msg = f"directions: {study.unknown_directions(around.without_load_factor)} ({around.endings})"
         warnings.warn(msg, StudyWarning, stacklevel=2)
     return around

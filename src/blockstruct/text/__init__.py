@@ -42,7 +42,15 @@ from blockstruct.text.mechanism import (
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, FEW, LISTED, in_g, ratio_text, shown, told_apart
-from blockstruct.text.ties import holding_ties, kilonewton, roller_sentences, tie_sentence, tie_title
+from blockstruct.text.ties import (
+    breaking_clause,
+    holding_ties,
+    kilonewton,
+    more_breaks,
+    roller_sentences,
+    tie_sentence,
+    tie_title,
+)
 
 __all__ = [
     # numbers
@@ -108,6 +116,8 @@ __all__ = [
     "holding_ties",
     "roller_sentences",
     # ties
+    "breaking_clause",
+    "more_breaks",
     "kilonewton",
     "tie_sentence",
     "tie_title",

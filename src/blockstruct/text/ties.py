@@ -68,6 +68,23 @@ def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
     return sentences + [f"{more} more such supports have reactions: result.support_reactions."] * (more > 0)
 
 
+def breaking_clause(breaks: Sequence[tuple[str, float, float]], before: float, after: float) -> str:
+    """Return the clause on ties that break together: name, displacement, m, and elongation, m.
+
+    The load factor is ``before`` in the state before, and ``after`` in the state after.
+    """
+    each = [
+        f"{tie_title(str(name))} breaks at a displacement of {at * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
+        for name, at, longer in breaks
+    ]
+    return f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}"
+
+
+def more_breaks(count: int) -> str:
+    """Return the clause on ties that break and are not listed."""
+    return f"{count} more {'tie breaks' if count == 1 else 'ties break'}"
+
+
 def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:
     """Return a sentence on each tie that does not break: name, largest elongation, m, and largest force, N."""
     sentences = []
