@@ -7,7 +7,8 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.participation import Participation
 from blockstruct.text import assessment
-from structures import STONE, model_of, push, solve
+from facades import solve
+from structures import STONE, model_of, push
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 
