@@ -139,8 +139,9 @@ def checks_of(
     for name in _checked(analysis, only):
         of = spreads.get(name, analysis[name])
         try:
-            options = {"knowledge_level": level, "method": method or _LINEAR}
-            checks.append(bs.assess.local_mechanism(of, factor, demand, **options))
+            checks.append(
+                bs.assess.local_mechanism(of, factor, demand, knowledge_level=level, method=method or _LINEAR)
+            )
         except bs.errors.ModelError as error:
             refused.append((name, error))
     if refused:

@@ -233,8 +233,8 @@ def breaking_words(capacity: xr.Dataset) -> list[str]:
     broken = broken_ties(capacity)
     shared = ["load factor before", "load factor after"]
     clauses = [
-        breaking_clause(list(together.iloc[:, :2].itertuples(name=None)), before, after)
-        for (before, after), together in broken.head(LISTED).groupby(shared, sort=False)
+        breaking_clause(list(together.iloc[:, :2].itertuples(name=None)), *together[shared].iloc[0].astype(float))
+        for _, together in broken.head(LISTED).groupby(shared, sort=False)
     ]
     rest = len(broken) - LISTED
     return clauses + [more_breaks(rest)] * (rest > 0)
