@@ -174,13 +174,13 @@ class PathEnd(StrEnum):
 
 
 class CurveEnd(StrEnum):
-    """How a capacity curve ended, or why there is none."""
+    """How a capacity curve ended, or why it is missing."""
 
     #: The load factor is zero.
     ZERO = "zero"
     #: A block falls by more than a mean block size.
     FALLS = "falls"
-    #: No forces are found that hold the blocks, or the push meets what it cannot move.
+    #: No forces are found that hold the blocks, or the push meets blocks that it cannot move.
     NOT_SOLVED = "not_solved"
     #: The supports have reached the displacement of their case.
     DISPLACEMENT_REACHED = "displacement_reached"
@@ -195,7 +195,7 @@ class CurveEnd(StrEnum):
 
 
 class CurveDoubt(StrEnum):
-    """What is doubtful in a part of a capacity curve."""
+    """Reason to doubt a part of a capacity curve."""
 
     #: The load factor rises above its first value.
     RISES = "rises"

@@ -146,15 +146,6 @@ def test_a_long_table_has_its_titles_on_every_page(tmp_path):
     assert all("pattern loads" in page for page in listed)
 
 
-def test_only_the_number_relied_on_is_a_headline(spread):
-    s = spread.spread("push")
-    other = f"{s.runs['steep'].load_factor:.4g}"
-    given = f"{s.load_factor:.4g}"
-    assert other != given
-    head = summary(report_html(spread))
-    assert re.findall(r"<(?:b|strong)>(.*?)</", head) == [given, given]
-
-
 def test_a_check_of_another_number_is_refused(spread, block):
     s = spread.spread("push")
     bound = bs.assess.local_mechanism(s.upper_bound, 1.35, SITE)

@@ -115,7 +115,7 @@ class AnalysisManager:
         :meth:`blockstruct.Archive.table`.
     effects
         Whether to run a case with a note on torsion, crushing or self-stress again by the remedy of the note, which
-        then states how much the number changes. It takes one to three times as long as the case.
+        then states how much the number changes. It takes one to three times the time of the case.
     document_hash
         Hash of the document that describes the model: :attr:`blockstruct.documents.Document.hash`.
     study

@@ -165,7 +165,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def _installed() -> dict[str, str]:
-    """Return the versions, read once: reading takes as long as a small case."""
+    """Return the versions, read once, because reading takes the time of a small case."""
     return {package: version(package) for package in _PACKAGES}
 
 

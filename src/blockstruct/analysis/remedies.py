@@ -19,7 +19,7 @@ def with_effects(result: CaseResult) -> CaseResult:
     """Return a result with the load factor that the remedy of each note gives.
 
     A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
-    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times as long as
+    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times the time of
     the case.
     """
     facts: dict[str, Any] = {}

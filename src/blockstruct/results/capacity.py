@@ -17,7 +17,7 @@ from blockstruct.text import doubtful_part
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, CurveDoubt
 
-#: Dimension in which a value is, and what it is, of every attribute of a state.
+#: Dimension and long name of every attribute of a state.
 _VALUES = {
     "load_factor": ("dimensionless", "load factor α"),
     "displacement": ("length", "displacement of the control point along its direction"),
@@ -216,7 +216,7 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
 
 
 def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
-    """Return what is doubtful in the load factors of a curve, with the states between which it lies."""
+    """Return the doubts on the load factors of a curve, each with its first and last state."""
     d, alpha, friction = (curve[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
     top = int(alpha.argmax())
     doubts = [(CurveDoubt.RISES, 0, top)] if alpha[top] - alpha[0] > RISES * abs(alpha[0]) else []

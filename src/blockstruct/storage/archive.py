@@ -361,7 +361,7 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
 
 
 def _end(text: str) -> str:
-    """Return how a curve ended, of what a file keeps of it."""
+    """Return how a curve ended, from its stored outcome."""
     outcome = CurveOutcome.read(text)
     return "" if outcome is None else outcome.end.value
 

@@ -186,7 +186,7 @@ class Directions:
     def uncovered(self) -> str:
         """Caution that nothing is known between the directions that were run.
 
-        It also says if there are few directions. Empty if :attr:`least_between` covers the gaps, and for a single
+        It names the widest gap above a quarter turn. Empty if :attr:`least_between` covers the gaps, and for a single
         direction.
         """
         if not math.isnan(self.least_between) or self.data.sizes["direction"] < 2:

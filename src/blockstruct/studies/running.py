@@ -1,4 +1,4 @@
-"""Run a structure with varied parameters: what is found in the store, what is left, and the progress."""
+"""Run a structure with varied parameters: runs found in the store, runs that are left, and the progress."""
 
 import contextlib
 import math

@@ -1,4 +1,4 @@
-"""How a capacity curve ends, why there is none, and what is doubtful in it."""
+"""Sentences on capacity curves: their ends, why they are missing, and doubts."""
 
 from blockstruct.model import MovingCase, Pushover
 from blockstruct.motion import CurveOutcome
@@ -12,7 +12,7 @@ _BEGUN = (
 
 
 def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
-    """Return a clause on the end of a curve, with what to do if there is none.
+    """Return a clause on the end of a curve, with the remedy if it is missing.
 
     Parameters
     ----------
