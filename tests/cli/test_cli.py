@@ -179,7 +179,7 @@ def test_an_interrupted_run_exits_with_130(call, document, tmp_path, monkeypatch
     def interrupt(event):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(bs, "print_lines", lambda: interrupt)
+    monkeypatch.setattr(bs.analysis, "print_lines", lambda: interrupt)
     code, out, _ = call("run", document, "-o", tmp_path / "wall.h5")
     assert code == 130
     assert f"next: blockstruct resume {tmp_path / 'wall.h5'} for the rest" in out
