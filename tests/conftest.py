@@ -1,5 +1,6 @@
 """Structures the tests share."""
 
+import gc
 import os
 import shutil
 import sys
@@ -22,6 +23,11 @@ pytest_plugins = ("attack_table",)
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # An option --hypothesis-profile is read after this.
 settings.load_profile("usual")
+
+
+def pytest_collection_finish():
+    """Keep the collector of garbage from modules and tests, which live on: it took a fifth of the time."""
+    gc.freeze()
 
 
 def kind_of(result):
