@@ -372,8 +372,8 @@ class AnalysisManager:
         if not has_curve(case) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.
-        kept = before.history if before.n_iterations == len(iterations) else history
-        return followed(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
+        first = before.history if before.n_iterations == len(iterations) else history
+        return followed(done, statics, problem, kept_state(statics, problem, first, iterations[-1]), listeners)
 
     def _problem_of(self, result: CaseResult) -> tuple[Statics, LimitProblem]:
         """Return statics and limit problem of a result, with its division into cells."""

@@ -79,8 +79,8 @@ class Directions:
 
     @classmethod
     def _of(cls, analysis: Analysis, among: Iterable[str]) -> "Directions":
-        found = {name: direction_of(analysis[name].case) for name in among}
-        pushed = {name: at for name, at in found.items() if at is not None}
+        pushes = {name: direction_of(analysis[name].case) for name in among}
+        pushed = {name: at for name, at in pushes.items() if at is not None}
         if not pushed or len({upwards for _, upwards in pushed.values()}) > 1:
             msg = (
                 f"analysis of {analysis.model.name!r}: "
@@ -110,8 +110,8 @@ class Directions:
     @property
     def load_factor(self) -> float:
         """The least load factor of all directions; NaN without any."""
-        found = self.data["load_factor"].to_numpy()
-        return float(found[self._least]) if not np.isnan(found).all() else math.nan
+        load_factors = self.data["load_factor"].to_numpy()
+        return float(load_factors[self._least]) if not np.isnan(load_factors).all() else math.nan
 
     @property
     def governing(self) -> CaseResult:
@@ -143,9 +143,9 @@ class Directions:
 
     @property
     def _least(self) -> int:
-        found = self.data["load_factor"].to_numpy()
+        load_factors = self.data["load_factor"].to_numpy()
         # Several values may differ by rounding only: take the first.
-        return int(np.flatnonzero(found <= np.nanmin(found) * (1 + _ROUNDING))[0])
+        return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + _ROUNDING))[0])
 
     @property
     def without_load_factor(self) -> list[str]:
