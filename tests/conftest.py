@@ -21,6 +21,7 @@ pytest_plugins = ("attack_table",)
 
 # Tests start many interpreters: what one has compiled the others need not.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 # An option --hypothesis-profile is read after this.
 settings.load_profile("usual")
 
