@@ -38,7 +38,7 @@ MAY_IMPORT = {
     "assess": {"views", "analysis", "results", "text", "solvers", "limit", "statics", "model"} | GROUND,
     "storage": {"results", "motion", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
-    "analysis": {"procedures", "motion", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
+    "analysis": {"procedures", "motion", "limit", "solvers", "results", "text", "storage", "statics", "model"} | GROUND,
     "adapters": {API, "imports", "geometry", "units"},
     "views": {API, "analysis", "text", "geometry", "units", "vocabulary", "files"},
     "__main__": {"cli"},

@@ -46,6 +46,7 @@ from blockstruct.text.ties import (
     breaking_clause,
     holding_ties,
     kilonewton,
+    least_ties_sentence,
     more_breaks,
     roller_sentences,
     tie_sentence,
@@ -117,6 +118,7 @@ __all__ = [
     "roller_sentences",
     # ties
     "breaking_clause",
+    "least_ties_sentence",
     "more_breaks",
     "kilonewton",
     "tie_sentence",

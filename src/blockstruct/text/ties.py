@@ -5,6 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from blockstruct.text.numbers import LISTED
+from blockstruct.vocabulary import SolverStatus
+
+#: Force of a tie, relative to the sum of all, that counts as zero.
+_ROUNDING = 1e-6
 
 
 def tie_title(name: str, kind: str = "tie") -> str:
@@ -46,6 +50,50 @@ def tie_sentence(
         if np.isfinite(at):
             text += f" and reaches its limit of {elongation_limit * 1e3:.4g} mm at {at * 1e3:.4g} mm, to first order"
     return f"{text}."
+
+
+def least_ties_sentence(
+    load_factor: float,
+    forces: Mapping[str, float],
+    solver_status: SolverStatus,
+    governing: str,
+    *,
+    is_associative: bool,
+    proven: bool,
+) -> str:
+    """Return the sentence on the ties of least total strength that carry a load factor.
+
+    Parameters
+    ----------
+    load_factor
+    forces
+        Strength of each tie, N; NaN if no strength is enough.
+    solver_status
+        How the program ended.
+    governing
+        ``"load factor"``, ``"dead load"`` or ``"both"``: the requirement that sets the strengths.
+    is_associative, proven
+        Flow of the case, and whether weaker ties are proven to be too weak.
+    """
+    total = sum(forces.values())
+    if np.isnan(total):
+        is_infeasible = solver_status is SolverStatus.INFEASIBLE
+        why = "no strength of these is enough" if is_infeasible else f"the solver ended as {solver_status}"
+        at = ", under the dead load alone" if governing == "dead load" else ""
+        return f"load factor {load_factor:.6g}: none ({', '.join(forces)}: {why}{at})"
+    # The residual force of a tie that is not needed is the solver's rounding.
+    rounded = {name: force if force > _ROUNDING * total else 0.0 for name, force in forces.items()}
+    each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
+    clauses = [f"load factor {load_factor:.6g}: {total / 1e3:.5g} kN in all ({each})"]
+    if not is_associative:
+        clauses.append("with associative flow: without dilatancy these ties may carry less, run the case with them")
+    if governing == "dead load":
+        clauses.append("the dead load alone asks for them")
+    if not proven and governing == "both":
+        clauses.append("not proven, the dead load alone asks for others than the load factor: a smaller sum may do")
+    elif not proven:
+        clauses.append("not proven, the certificate does not hold")
+    return "; ".join(clauses)
 
 
 def kilonewton(force: float) -> str:
