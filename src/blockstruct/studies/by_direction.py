@@ -183,13 +183,17 @@ class Directions:
         return np.diff(np.append(angles, angles[0] + 360))
 
     @property
-    def uncovered(self) -> str:
-        """Caution that nothing is known between the directions that were run.
+    def is_covered(self) -> bool:
+        """Whether :attr:`least_between` covers the gaps between the directions that were run, or one was run."""
+        return not math.isnan(self.least_between) or self.data.sizes["direction"] < 2
 
-        It names the widest gap above a quarter turn. Empty if :attr:`least_between` covers the gaps, and for a single
-        direction.
+    @property
+    def uncovered(self) -> str:
+        """Clause on the directions between those that were run; empty if they are covered.
+
+        It names the widest gap above a quarter turn.
         """
-        if not math.isnan(self.least_between) or self.data.sizes["direction"] < 2:
+        if self.is_covered:
             return ""
         widest = int(np.argmax(self._gaps))
         gap = float(self._gaps[widest])
@@ -231,7 +235,7 @@ class Directions:
             lines.append(f"  {study.governing_direction(self.governing_direction, self.load_factor)}")
         if not math.isnan(self.least_between):
             lines.append(f"  {study.least_between_directions(self.least_between)}")
-        if self.uncovered:
+        if not self.is_covered:
             lines.append(f"  {study.between_directions(self.uncovered)}")
         if self.without_load_factor:
             lines.append(f"  {study.unknown_directions(self.without_load_factor)}")

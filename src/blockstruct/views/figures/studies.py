@@ -74,7 +74,7 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     missing = f", {len(directions.without_load_factor)} not known" if directions.without_load_factor else ""
     lines = [("no load factor" if math.isnan(directions.load_factor) else governing) + missing]
     lines += ["hollow: NOT SETTLED"] if hollow.any() else []
-    lines += ["directions between the points are not covered"] if directions.uncovered else []
+    lines += [] if directions.is_covered else ["directions between the points are not covered"]
     ax.set_title("\n".join(lines), fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
