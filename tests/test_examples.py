@@ -89,6 +89,7 @@ def test_facade_with_sidewalls():
     assert factors["butted", "nonassociative"] == pytest.approx(0.0781, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_facade_verification(tmp_path):
     """By hand: N = 16 · 5 · 0.6 · 6 = 288 kN, u = 288 / (2 · 2000 · 5) = 14.4 mm, α0 = (0.3 − 0.0144) / 3 = 0.0952.
 
