@@ -39,6 +39,11 @@ def block():
 
 
 @pytest.fixture(scope="module")
+def check(block):
+    return bs.assess.local_mechanism(block["push"], 1.35, SITE)
+
+
+@pytest.fixture(scope="module")
 def paper(tmp_path_factory):
     """A check, its page, and the texts of the pages of its PDF; a digit after the 0 of d_C,0 would begin a line."""
     blocks, joint = single_block(0.4094, 4.0)
@@ -66,8 +71,7 @@ def pages(path):
     return [page.extract_text() for page in pypdf.PdfReader(io.BytesIO(path.read_bytes())).pages]
 
 
-def test_arguments_of_a_wrong_type_are_refused(block):
-    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+def test_arguments_of_a_wrong_type_are_refused(block, check):
     for checks, given in ((check, "LocalMechanismCheck"), (["SLV"], "str")):
         with pytest.raises(bs.errors.ModelError, match=rf"checks: {given}; give a list .* checks=\[check\]"):
             report_html(block, checks=checks)
@@ -80,8 +84,7 @@ def test_the_same_check_is_shown_once(block):
     assert report_html(block, checks=[check, check, again]) == report_html(block, checks=[check])
 
 
-def test_the_first_page_has_the_number_relied_on(block):
-    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+def test_the_first_page_has_the_number_relied_on(block, check):
     head = summary(report_html(block, checks=[check]))
     assert "Relied on: capacity / demand 0.823 of “push” (SLV, linear), from its load factor 0.1." in head
     for text in (
@@ -200,8 +203,7 @@ def test_a_page_with_two_checks_and_notes_keeps_a_picture_that_can_be_read(block
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "pictured"), [(1, True), (12, False)])
-def test_a_page_that_is_full_leaves_the_picture_out(block, tmp_path, count, pictured):
-    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+def test_a_page_that_is_full_leaves_the_picture_out(block, tmp_path, count, pictured, check):
     notes = tuple(Note(NoteCode.RANGE, Severity.CAUTION, f"{k} " + "note " * 60) for k in range(count))
     full = dataclasses.replace(check, notes=notes)
     found = pages(write_report(block, tmp_path / "r.pdf", checks=[full]))
@@ -243,8 +245,7 @@ def test_a_template_that_loads_other_files_is_refused(block, tmp_path):
     assert not (tmp_path / "r.pdf").exists()
 
 
-def test_the_drawn_demand_matches_the_check(block):
-    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+def test_the_drawn_demand_matches_the_check(check):
     curve, demand, ray, *_ = figures.verification(check, ax=Figure().add_subplot()).get_lines()
     state = check.limit_states["SLV, by displacement"]
     np.testing.assert_allclose(curve.get_xydata(), [[0, check.a0_star], [0.2, 0]], rtol=1e-5, atol=1e-12)
