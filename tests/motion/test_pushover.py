@@ -432,7 +432,7 @@ def test_bad_input(more, said):
 @pytest.mark.parametrize(
     ("control", "joint", "said"),
     [
-        ("nobody", ROUGH, "does not have"),
+        ("nobody", ROUGH, "no block 'nobody'"),
         ("ground", ROUGH, "does not move"),
         ("block", bs.JointMaterial("mortar", 0.6, cohesion="0.1 MPa"), "cohesion of 100000 Pa"),
         ("block", bs.JointMaterial("mortar", 0.6, compressive_strength="3 MPa"), "compressive_strength"),
