@@ -203,7 +203,8 @@ def test_a_page_with_two_checks_and_notes_keeps_a_picture_that_can_be_read(block
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "pictured"), [(1, True), (12, False)])
-def test_a_page_that_is_full_leaves_the_picture_out(block, tmp_path, count, pictured, check):
+def test_a_page_that_is_full_leaves_the_picture_out(block, tmp_path, count, pictured):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
     notes = tuple(Note(NoteCode.RANGE, Severity.CAUTION, f"{k} " + "note " * 60) for k in range(count))
     full = dataclasses.replace(check, notes=notes)
     found = pages(write_report(block, tmp_path / "r.pdf", checks=[full]))

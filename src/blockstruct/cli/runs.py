@@ -46,12 +46,12 @@ def demo(
     # The wall of the README.
     rows: list[list[float]] = [[1, 1, 1, 1], half, [1, 1, -1, 1], jamb, [1, 2, 1], half]
     blocks = bs.courses(rows, unit_length="40 cm", unit_height="17.5 cm", depth="30 cm", material=tuff)
-    detection = bs.detect_interfaces(blocks, joint_material=lime)
-    model = bs.Model("wall with an opening", blocks, detection)
+    found = bs.detect_interfaces(blocks, joint_material=lime)
+    model = bs.Model("wall with an opening", blocks, found)
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
     push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
     cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]
-    say(f"{model.name}: {counted(len(model.blocks), 'block')}, {detection.report}")
+    say(f"{model.name}: {counted(len(model.blocks), 'block')}, {found.report}")
     _run(model, cases, bs.ProcedureSettings(), output, quiet, as_json)
 
 

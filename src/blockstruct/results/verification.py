@@ -263,10 +263,8 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
         off = {"the relative velocities of iteration {} differ from the velocities of its blocks": _off(stored, v)}
         if len(ties):
             rates = ties.elongation(u.T).T / ties.force_unit
-            stored_rates = _rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
-            off["the rates of elongation of iteration {} differ from the velocities of its blocks"] = _off(
-                stored_rates, rates
-            )
+            found = _rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
+            off["the rates of elongation of iteration {} differ from the velocities of its blocks"] = _off(found, rates)
         allowed = block_motion(statics, problem, u)[:, fixed]
         still = np.isclose(motion[:, fixed], allowed, rtol=_SAME, atol=0, equal_nan=True).all(axis=(1, 2))
         off["supports move in the mechanism of iteration {}"] = ~still

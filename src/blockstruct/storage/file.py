@@ -665,9 +665,9 @@ class ModelImage(NamedTuple):
             If the model violates the schema or contradicts itself.
         """
         model = model_dataset(analysis.model, patterns(analysis.cases))
-        violations = [*_violations("/model", model, "model"), *index_findings("/model", model)]
-        if violations:
-            raise violated(path, violations)
+        found = [*_violations("/model", model, "model"), *index_findings("/model", model)]
+        if found:
+            raise violated(path, found)
         root = xr.Dataset({"schema": ((), _short_schema())})
         return cls(netcdf_image({"/": root, "/model": _described(model, "model")}), model)
 
