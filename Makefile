@@ -2,7 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-XDIST ?= -n auto
+# Each worker takes half of the tests in their order, so that the fixtures of a file are made once.
+XDIST ?= -n auto --dist worksteal
 
 .PHONY: demo test test-slow attack coverage lint docs bench bench-views pictures validation clean
 

@@ -47,7 +47,7 @@ def main(strengths: tuple[str | None, ...] = (None, "4 MPa", "2 MPa")) -> dict[s
     for strength in strengths:
         model = assemblage(MORTAR.varied(compressive_strength=strength))
         print(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces")
-        result = bs.run(model, pushed(), listeners=[bs.print_lines()])["push +x"]
+        result = bs.run(model, pushed(), listeners=[bs.analysis.print_lines()])["push +x"]
         name = strength or "infinite"
         shear[name] = float(result.load_factor * PUSH.m_as("kN"))
         print(f"f_c {name}: {result.status}, base shear {result.load_factor * PUSH:.4~P}")

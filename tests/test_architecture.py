@@ -38,7 +38,7 @@ MAY_IMPORT = {
     "assess": {"views", "analysis", "results", "text", "solvers", "limit", "statics", "model"} | GROUND,
     "storage": {"results", "motion", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
-    "analysis": {"procedures", "motion", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
+    "analysis": {"procedures", "motion", "limit", "solvers", "results", "text", "storage", "statics", "model"} | GROUND,
     "adapters": {API, "imports", "geometry", "units"},
     "views": {API, "analysis", "text", "geometry", "units", "vocabulary", "files"},
     "__main__": {"cli"},
@@ -125,39 +125,6 @@ def test_every_room_of_the_house_exists():
 def test_pint_stops_at_the_model():
     beyond = [p for p in FILES if "import pint" in p.read_text(encoding="utf-8")]
     assert {p.relative_to(SOURCE).as_posix() for p in beyond} <= {"units.py"}
-
-
-ROOT = SOURCE.parents[1]
-TEXTS = [
-    path
-    for folder in ("src", "tests", "docs", "examples", "benchmarks", "schemas")
-    for path in (ROOT / folder).rglob("*")
-    if path.suffix in {".py", ".md", ".json", ".yaml"} and "_build" not in path.parts and path != Path(__file__)
-]
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "unheld",
-        "ProgramNumbers",
-        "class Numbers",
-        "class Rows",
-        r"(?<![_\w])limit=",
-        "trail",
-        "calm",
-        "skeleton",
-        "working_data",
-        r"look\.py",
-        "contact_position",
-        "unit_of_force",
-        "conductor",
-        r"blockstruct[./]builders",
-    ],
-)
-def test_old_names_are_gone(name):
-    word = re.compile(rf"\b{name}\b" if name.isidentifier() else name)
-    assert [path for path in TEXTS if word.search(path.read_text(encoding="utf-8"))] == []
 
 
 #: What takes long to load, and only some who import blockstruct need.

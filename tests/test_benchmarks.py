@@ -9,21 +9,17 @@ import pytest
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "words", "said"),
     [
         ("wall_40x60", "--columns 3 --rows 3 --naive 1", "everything around the solver"),
-        pytest.param("views", "--columns 3 --rows 4 --iterations 2", "paraview", marks=pytest.mark.slow),
+        ("views", "--columns 3 --rows 4 --iterations 2", "paraview"),
         ("loading_path", "--walls 2x3,3x4 --without others", "over the walls"),
         ("pushover", "--walls 2x3 --steps 4", "iterations"),
-        pytest.param(
-            "storage",
-            "--columns 4 --rows 4 --programs 4 --files 2 --cases 4",
-            "one contact force of one iteration",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param("surroundings", "--domes 2x4 --runs 2 --sample 2", "on 2 workers", marks=pytest.mark.slow),
-        pytest.param("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast", marks=pytest.mark.slow),
+        ("storage", "--columns 4 --rows 4 --programs 4 --files 2 --cases 4", "one contact force of one iteration"),
+        ("surroundings", "--domes 2x4 --runs 2 --sample 2", "on 2 workers"),
+        ("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast"),
     ],
 )
 def test_benchmarks_run(name, words, said):

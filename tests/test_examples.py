@@ -25,15 +25,12 @@ def test_two_blocks(tmp_path):
 
 
 def test_ferris_tin_loi_wall_1():
+    """As a script and as a document."""
     associative, nonassociative = load("ferris_tin_loi_wall_1").main()
     assert associative == pytest.approx(0.643, abs=5e-4)
     assert nonassociative == pytest.approx(0.640, rel=5e-3)
-
-
-def test_ferris_tin_loi_wall_1_as_a_document():
     document = bs.read_document(EXAMPLES / "ferris_tin_loi_wall_1.yaml")
     analysis = bs.AnalysisManager(document.model).run(document.cases)
-    associative, nonassociative = load("ferris_tin_loi_wall_1").main()
     assert analysis["associative"].load_factor == pytest.approx(associative, rel=1e-9)
     assert analysis["nonassociative"].load_factor == pytest.approx(nonassociative, rel=1e-6)
 
@@ -76,20 +73,23 @@ def test_arch():
     assert least[0.35] == pytest.approx(0.15118, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_dome():
+    """Its two domes take ten seconds."""
     factors = load("dome").main()
     assert factors == pytest.approx({0.7: 0.651, 0.5: 0.448}, rel=5e-3)
 
 
 def test_facade_with_sidewalls():
+    """Without dilatancy, three algorithms of independent programs end between 0.264 and 0.267, and at 0.0781."""
     factors = load("facade_with_sidewalls").main()
-    # Associative values are unique; those without dilatancy depend on the schedule, but not on which side they lie.
     for name, associative in (("bonded", 0.3029), ("butted", 0.1003)):
         assert factors[name, "associative"] == pytest.approx(associative, rel=1e-3)
-        assert 0 < factors[name, "nonassociative"] < associative
-    assert factors["bonded", "nonassociative"] > 1.5 * factors["butted", "nonassociative"]
+    assert 0.264 <= factors["bonded", "nonassociative"] <= 0.268
+    assert factors["butted", "nonassociative"] == pytest.approx(0.0781, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_facade_verification(tmp_path):
     """By hand: N = 16 · 5 · 0.6 · 6 = 288 kN, u = 288 / (2 · 2000 · 5) = 14.4 mm, α0 = (0.3 − 0.0144) / 3 = 0.0952.
 

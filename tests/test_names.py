@@ -79,16 +79,6 @@ def test_pipes_and_devices_are_refused_at_once(model, done, tmp_path):
     assert "pipe" in bs.Archive(tmp_path).table().set_index("path").loc["pipe.h5", "problem"]
 
 
-def test_a_damaged_file_is_not_replaced(model, done, tmp_path):
-    path = bs.save_analysis(done, tmp_path / "block.h5")
-    content = bytearray(path.read_bytes())
-    content[512:1024] = bytes(512)
-    path.write_bytes(content)
-    with pytest.raises(bs.errors.StorageError, match="or a damaged one, so it is not replaced"):
-        bs.AnalysisManager(model, path)
-    assert path.read_bytes() == content
-
-
 def test_a_killed_run_is_neither_lost_nor_mixed_up(model, done, tmp_path):
     """A file saved over a killed run would be replaced when that is resumed."""
     path = tmp_path / "block.h5"

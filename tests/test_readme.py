@@ -67,8 +67,10 @@ def test_the_readme_is_carried_out_in_order(clone, call):
 
 
 def costed(page):
-    """A page as a parameter; one with cells, which are also run when the site is built, is slow."""
-    return pytest.param(page, marks=[pytest.mark.slow] * (CELL in page.read_text(encoding="utf-8")), id=page.name)
+    """A page as a parameter; one with cells, which are run when the site is built, or with a building is slow."""
+    text = page.read_text(encoding="utf-8")
+    is_slow = CELL in text or "assess.building(" in text
+    return pytest.param(page, marks=[pytest.mark.slow] * is_slow, id=page.name)
 
 
 @pytest.mark.parametrize("page", [costed(page) for page in PAGES])

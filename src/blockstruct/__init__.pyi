@@ -11,7 +11,6 @@ from blockstruct import structures as structures
 from blockstruct import studies as studies
 from blockstruct import vocabulary as vocabulary
 from blockstruct.analysis import AnalysisManager as AnalysisManager
-from blockstruct.analysis import print_lines as print_lines
 from blockstruct.analysis import recover as recover
 from blockstruct.analysis import reproduce as reproduce
 from blockstruct.analysis import run as run

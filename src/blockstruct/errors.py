@@ -114,7 +114,7 @@ class VersionWarning(UserWarning):
 
 
 class LoadFactorWarning(UserWarning):
-    """A load factor that needs care; the result says why."""
+    """A load factor that needs care; the notes of the result give the reason."""
 
 
 class StudyWarning(UserWarning):

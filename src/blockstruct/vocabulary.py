@@ -174,13 +174,13 @@ class PathEnd(StrEnum):
 
 
 class CurveEnd(StrEnum):
-    """How a capacity curve ended, or why there is none."""
+    """How a capacity curve ended, or why it is missing."""
 
     #: The load factor is zero.
     ZERO = "zero"
     #: A block falls by more than a mean block size.
     FALLS = "falls"
-    #: No forces are found that hold the blocks, or the push meets what it cannot move.
+    #: No forces are found that hold the blocks, or the push meets blocks that it cannot move.
     NOT_SOLVED = "not_solved"
     #: The supports have reached the displacement of their case.
     DISPLACEMENT_REACHED = "displacement_reached"
@@ -192,6 +192,23 @@ class CurveEnd(StrEnum):
     EARLIER_VERSION = "earlier_version"
     #: Blocks touch beyond the interfaces of the model, and would carry more.
     BEGINS_ABOVE = "begins_above"
+
+
+class CurveDoubt(StrEnum):
+    """Reason to doubt a part of a capacity curve."""
+
+    #: The load factor rises above its first value.
+    RISES = "rises"
+    #: The load factor jumps where blocks slip and catch.
+    SLIPS = "slips"
+    #: The load factor jumps where another mechanism takes over.
+    LEAPS = "leaps"
+    #: Blocks slide before a long step and rock after it.
+    ROCKS = "rocks"
+    #: Blocks slide before a long step, and rock and slide after it.
+    ROCKS_AND_SLIDES = "rocks_and_slides"
+    #: The forces do not balance the energy of a step.
+    MISSES_WORK = "misses_work"
 
 
 class Stage(StrEnum):

@@ -25,7 +25,7 @@ def test_lines_and_logs(small_model, small_cases, caplog):
     stream = io.StringIO()
     logger = logging.getLogger("blockstruct.test")
     with caplog.at_level(logging.DEBUG, logger="blockstruct.test"):
-        listeners = [bs.print_lines(stream), bs.analysis.log_to(logger)]
+        listeners = [bs.analysis.print_lines(stream), bs.analysis.log_to(logger)]
         bs.AnalysisManager(small_model, listeners=listeners).run(small_cases[:1])
     assert stream.getvalue().splitlines() == caplog.messages
     assert [r.levelname for r in caplog.records] == ["INFO", "DEBUG", "INFO"]

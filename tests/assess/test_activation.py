@@ -15,7 +15,8 @@ from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.limit import LimitProblem, certify
 from blockstruct.limit.motion import unit_of_velocity
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, STONE, model_of, push, solve
+from facades import solve
+from structures import SELF_WEIGHT, STONE, model_of, push
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 

@@ -6,7 +6,8 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.text import assessment
-from structures import SELF_WEIGHT, model_of, push, solve
+from facades import solve
+from structures import SELF_WEIGHT, model_of, push
 
 STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.7)
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")

@@ -467,7 +467,6 @@ def test_a_contact_that_is_not_plane_is_fitted_by_a_plane():
     assert contact.normal == pytest.approx([0, 0, 1])
     assert contact.deviation == pytest.approx(0.05)
     assert contact.area == pytest.approx(1.0)
-    assert not contact.is_planar
     assert contact.polygon == pytest.approx(saddle)
 
 

@@ -1,23 +1,21 @@
-"""Cautions on a capacity curve whose load factor rises or jumps."""
+"""Parts of a capacity curve that may depend on its steps."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from blockstruct.results import doubtful_words
-
-
-def curve(displacement, load_factor, **more):
-    return xr.Dataset({"load_factor": ("step", load_factor), **more}, coords={"displacement": ("step", displacement)})
-
-
-def doubts(capacity, procedure="fictitious"):
-    return doubtful_words(capacity, procedure)
-
+from blockstruct.results import doubtful_parts
 
 EVEN = np.linspace(0, 1, 21)
 #: Of short and of long steps.
 UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.5001, 0.503], np.linspace(0.6, 1, 5)])
+
+
+def parts(d, load_factor, procedure="fictitious", dissipation=0.0, energy_error=0.0, **ties):
+    """Doubtful parts of a curve over d, without friction and without error of its energy by default."""
+    values = {"load_factor": load_factor, "dissipation": dissipation, "energy_error": energy_error}
+    curve = {name: ("step", np.broadcast_to(v, d.shape)) for name, v in values.items()}
+    return doubtful_parts(xr.Dataset({**curve, **ties}, coords={"displacement": ("step", d)}), procedure)
 
 
 @pytest.mark.parametrize("d", [EVEN, UNEVEN])
@@ -35,64 +33,65 @@ UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.
     ids=["straight", "tangent", "kink", "another kink", "constant", "bends", "bends back"],
 )
 def test_neither_curves_nor_kinks_are_jumps(d, of):
-    assert doubts(curve(d, of(d))) == []
-    assert doubts(curve(d[:2], of(d)[:2])) == []
+    assert parts(d, of(d)) == parts(d[:2], of(d)[:2]) == []
 
 
 @pytest.mark.parametrize("d", [EVEN, UNEVEN])
 @pytest.mark.parametrize("share", [0.05, -0.05])
 def test_a_jump_has_its_load_factors_and_its_displacement(d, share):
     load_factor = 0.3 * (1 - d) + 0.3 * share * (d > 0.4)
-    (words,) = doubts(curve(d, load_factor))
+    (jump,) = parts(d, load_factor)
     k = int((d > 0.4).argmax())
-    assert f"from {load_factor[k - 1]:.4g} to {load_factor[k]:.4g} at a displacement of {1e3 * d[k - 1]:.4g}" in words
-    first = 0.3 * (1 - d) + 0.3 * share * (d > 0)
-    assert "at a displacement of 0 mm" in doubts(curve(d, first))[-1]
+    assert (jump.doubt, jump.displacement, jump.load_factor) == (
+        "leaps",
+        (*d[k - 1 : k + 1],),
+        (*load_factor[k - 1 : k + 1],),
+    )
+    assert parts(d, 0.3 * (1 - d) + 0.3 * share * (d > 0))[-1].displacement == (0, d[1])
     # Rounding may put a state on its way.
     between = 0.3 * (1 - EVEN) + 0.3 * share * ((EVEN > 0.38) + 1.0 * (EVEN > 0.42)) / 2
-    (words,) = doubts(curve(EVEN, between))
-    assert f"from {between[7]:.4g} to {between[9]:.4g} at a displacement of 350 mm" in words
+    (jump,) = parts(EVEN, between)
+    assert jump.load_factor == (between[7], between[9])
 
 
-@pytest.mark.parametrize(("before", "behind", "slides"), [(0.0, 0.0, False), (0.3, 0.0, True), (0.0, 0.2, True)])
-def test_a_jump_slips_only_with_friction(before, behind, slides):
+@pytest.mark.parametrize(("before", "after", "doubt"), [(0.0, 0.0, "leaps"), (0.3, 0.0, "slips"), (0.0, 0.2, "slips")])
+def test_a_jump_slips_only_with_friction(before, after, doubt):
     load_factor = 0.3 * (1 - EVEN) - 0.05 * (EVEN > 0.4)
-    (words,) = doubts(curve(EVEN, load_factor, dissipation=("step", np.where(EVEN > 0.4, behind, before))))
-    assert ("slip and catch" in words) == slides
+    (jump,) = parts(EVEN, load_factor, dissipation=np.where(EVEN > 0.4, after, before))
+    assert jump.doubt == doubt
 
 
-@pytest.mark.parametrize(("left", "rock"), [(0.0, "rock"), (0.1, "rock and slide")])
-@pytest.mark.parametrize(("d", "count"), [(EVEN, 1), (np.linspace(0, 1, 401), 0)])
-def test_sliding_that_gives_way_to_rocking_on_a_long_step(d, count, left, rock):
+@pytest.mark.parametrize(("left", "doubt"), [(0.0, "rocks"), (0.1, "rocks_and_slides")])
+def test_sliding_that_gives_way_to_rocking_on_a_long_step(left, doubt):
     """The load factor has a kink there and no jump; how far blocks slid is known to a step."""
-    friction = ("step", np.where(d < 0.5, 0.3, left))
-    words = doubts(curve(d, np.minimum(0.3, 0.6 * (1 - d)), dissipation=friction))
-    assert len(words) == count
-    assert not count or f"450 mm, and {rock} from 500 mm" in words[0]
+
+    def of(d):
+        return parts(d, np.minimum(0.3, 0.6 * (1 - d)), dissipation=np.where(d < 0.5, 0.3, left))
+
+    (change,) = of(EVEN)
+    assert (change.doubt, change.displacement) == (doubt, pytest.approx((0.45, 0.5)))
+    assert of(np.linspace(0, 1, 401)) == []
 
 
 def test_missed_work():
-    missed = ("step", np.where(np.isclose(EVEN, 0.5), 0.02, 1e-3))
-    (words,) = doubts(curve(EVEN, 0.3 * (1 - EVEN), energy_error=missed))
-    assert words.startswith("2.0% of all work is missed in the step from a displacement of 450 mm")
+    (part,) = parts(EVEN, 0.3 * (1 - EVEN), energy_error=np.where(np.isclose(EVEN, 0.5), 0.02, 1e-3))
+    assert (part.doubt, part.displacement, part.missed) == ("misses_work", pytest.approx((0.45, 0.5)), 0.02)
 
 
 def test_a_rise():
     load_factor = 0.3 + 0.1 * np.sin(np.pi * EVEN) - 0.3 * EVEN**2
-    (words,) = doubts(curve(EVEN, load_factor))
-    assert f"rises from 0.3 to {load_factor.max():.4g} at a displacement of" in words
-    assert doubts(curve(EVEN, load_factor), "loading path") == [words.split(", or friction")[0]]
+    (rise,) = parts(EVEN, load_factor)
+    assert (rise.doubt, rise.load_factor) == ("rises", (load_factor[0], load_factor.max()))
 
 
 @pytest.mark.parametrize("second", [np.nan, 0.44, 0.47, 0.52])
 def test_jumps_of_ties_that_break_are_not_jumps(second):
     load_factor = 0.3 * (1 - EVEN) + 0.1 * (EVEN < 0.42) + 0.1 * (second > EVEN)
-    assert doubts(curve(EVEN, load_factor))
-    assert doubts(curve(EVEN, load_factor, tie_break_displacement=("tie", [second, 0.42]))) == []
+    assert parts(EVEN, load_factor)
+    assert parts(EVEN, load_factor, tie_break_displacement=("tie", [second, 0.42])) == []
 
 
 def test_a_tie_that_is_pulled_tight_is_no_jump():
     load_factor = 0.3 * (1 - EVEN) + 0.006 * (EVEN > 0.5) + 0.02 * (EVEN > 0.7)
-    assert "jumps from" in doubts(curve(EVEN, load_factor))[0]
-    force = (("step", "tie"), 1e3 * (EVEN > 0.7)[:, None])
-    assert doubts(curve(EVEN, load_factor, tie_force=force)) == []
+    assert parts(EVEN, load_factor)[0].doubt == "leaps"
+    assert parts(EVEN, load_factor, tie_force=(("step", "tie"), 1e3 * (EVEN > 0.7)[:, None])) == []

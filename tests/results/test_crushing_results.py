@@ -18,7 +18,7 @@ def block(share, mu=0.9, b=0.5, h=1.0):
 
 def test_a_crushing_hinge():
     """Rocking under share = W / (f_c A): the stress block is share × b deep, and full."""
-    result = solve(block(0.4), push(1, 0, 0))
+    result = solve(block(0.4), push(1, 0, 0), effects=True)
     assert (result.states[-1].item(), result.notes) == ("hinge + crushing", ())
     used = result.utilisation.isel(iteration=-1)
     assert used.crushing.item() == pytest.approx(1.0, abs=1e-5)
@@ -48,12 +48,12 @@ def hexagon(strength, mu=0.9):
 @pytest.mark.parametrize("cells", [64, 400])
 def test_joints_in_cells_have_a_note_on_the_lever_they_lose(cells):
     """A hexagon that rocks about a side: the lever of 0.433 m loses about half a cell."""
-    result = solve(hexagon("100 MPa"), push(0, 1, 0), crushing_cells=cells)
+    result = solve(hexagon("100 MPa"), push(0, 1, 0), crushing_cells=cells, effects=True)
     n = int((result.history.interface_of_contact_point == 0).sum())
     lost = lost_lever(result.history, 0)
     assert 0.5 * lost < 1 - result.load_factor / (0.5 * np.sqrt(0.75)) < 1.2 * lost
     assert result.notes == (cells_note(1, 1, (n, n), lost, is_reaction=False),)
-    assert solve(hexagon(None), push(0, 1, 0)).notes == ()
+    assert solve(hexagon(None), push(0, 1, 0), effects=True).notes == ()
 
 
 def test_a_couple_about_the_vertical_axis_twists_a_joint():

@@ -82,7 +82,6 @@ LIES = {
 
 @pytest.mark.parametrize("name", LIES)
 def test_one_hundredth_is_found(tied, wall, name):
-    assert bs.results.contradictions(tied) == bs.results.contradictions(wall) == []
     # The bar has not broken yet; units that slide hardly turn.
     alone = name.startswith("tie_") or name in ("rotation", "angular_velocity")
     for analysis, state in ((tied, 13),) if alone else ((tied, 13), (wall, 13)):
@@ -135,31 +134,26 @@ def test_a_curve_without_its_pushover_is_refused(stored, tmp_path, call):
     assert (code, "case 'push': state 3 of the capacity curve: its" in out) == (4, True)
 
 
-@pytest.mark.parametrize(
-    ("place", "words"),
-    [
-        ("cases/down/reaction", "/cases/down/reaction: the reaction is"),
-        ("cases/down/history/reaction", "case 'down': the reaction of iteration"),
-    ],
-)
-def test_validate_finds_another_reaction(tmp_path, call, place, words):
+def test_validate_finds_another_reaction(tmp_path, call):
     supports = [box(name, [x, 0, -0.3], [0.5, 1, 0.3], fixed=True) for name, x in (("left", 0), ("right", 3.5))]
     model = model_of([*supports, box("beam", [0, 0, 0], [4, 1, 0.6])], bs.JointMaterial("joint", 0.6))
     path = tmp_path / "beam.h5"
     bs.run(model, bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
     assert call("validate", path)[0] == 0
-    with h5py.File(path, "r+") as file:
-        reaction = file[place]
-        reaction[-1 if reaction.shape else ()] *= 1.01
-    seal_again(path)
-    code, out, _ = call("validate", path)
-    assert (code, words in out) == (4, True)
+    for place, words in (
+        ("cases/down/reaction", "/cases/down/reaction: the reaction is"),
+        ("cases/down/history/reaction", "case 'down': the reaction of iteration"),
+    ):
+        other = shutil.copy(path, tmp_path / "other.h5")
+        with h5py.File(other, "r+") as file:
+            reaction = file[place]
+            reaction[-1 if reaction.shape else ()] *= 1.01
+        seal_again(other)
+        code, out, _ = call("validate", other)
+        assert (code, words in out) == (4, True)
 
 
 REDUNDANT = [
-    ("wall", "model/volume", 0, 1000.0, "/model/volume: that of '.*' is 1000, and "),
-    ("wall", "model/area", 0, 1000.0, "/model/area: that of '.*' is 1000, and "),
-    ("wall", "model/centroid", (0, 0), 99.0, "/model/centroid: that of '.*' is 99, and "),
     ("detected", "model/floating", 0, 1, "/model/floating: that of '.*' is 1, and 0 by the rest"),
     ("detected", "model/untouched", 0, 1, "/model/untouched: that of '.*' is 1, and 0 by the rest"),
     ("detected", "model/plus_of_contact", 1, 1, "that of contact 1 of .ground. and .post. is .ground.block."),

@@ -104,8 +104,11 @@ def test_netcdf_reads_what_is_stored(path):
     check_netcdf(path, *stored(path))
 
 
-@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
-def test_xarray_reads_what_is_stored(path, engine):
+@pytest.mark.parametrize(
+    ("name", "engine"), [("moves", "h5netcdf"), *((name, "netcdf4") for name in ("limit", "plan", "moves", "study"))]
+)
+def test_xarray_reads_what_is_stored(files, name, engine):
+    path = files / f"{name}.h5"
     kept, _ = stored(path)
     seen = {}
     with xr.open_datatree(path, engine=engine, decode_cf=False) as tree:

@@ -70,9 +70,8 @@ def test_a_block_that_rocks_never_slides():
     found = history.blockstruct.resultants("ground|block")
     assert found["force"][0, 0].to("kN").magnitude == pytest.approx(20, rel=1e-6)
     assert np.hypot(*found["eccentricity"][0].to("cm").magnitude) == pytest.approx(25, rel=1e-5)
-    forces = history.blockstruct.contact_forces("ground|block")
-    assert forces.shape == (1, 4, 3)
-    assert forces[..., 0].sum().to("kN").magnitude == pytest.approx(20, rel=1e-6)
+    forces = history.blockstruct.quantity("contact_force", contact_point="ground|block", component="n")
+    assert forces.sum().to("kN").magnitude == pytest.approx(20, rel=1e-6)
 
 
 def test_the_most_used_interfaces():
@@ -85,11 +84,9 @@ def test_the_most_used_interfaces():
 def test_forces_and_resultants_of_an_interface(history, small_analysis):
     name = str(history.interface.values[3])
     index = np.flatnonzero(history.interface_of_contact_point.values == 3)
-    plain = history.blockstruct.contact_forces(name, plain=True)
-    np.testing.assert_array_equal(plain, history.contact_force.values[:, index])
-    quantity = history.blockstruct.contact_forces(name)
-    assert quantity.units == bs.units.ureg.newton
-    np.testing.assert_array_equal(quantity.magnitude, plain)
+    forces = history.blockstruct.quantity("contact_force", contact_point=name)
+    assert forces.units == bs.units.ureg.newton
+    np.testing.assert_array_equal(forces.magnitude, history.contact_force.values[:, index])
     expected = small_analysis[NAME].resultants.isel(interface=3)
     for key, values in history.blockstruct.resultants(name, plain=True).items():
         np.testing.assert_allclose(values, expected[key].values, rtol=1e-12, atol=1e-12)
@@ -152,8 +149,7 @@ def test_export_to_parquet(history, tmp_path, monkeypatch):
         (lambda h: h.interfaces("broken"), "no state 'broken'.*sliding"),
         (lambda h: h.interfaces("open", 1000), "no iteration 1000"),
         (lambda h: h.first("broken"), "no state"),
-        (lambda h: h.contact_forces("x|y"), r"no interface 'x\|y'"),
-        (lambda h: h.resultants("x|y"), "no interface"),
+        (lambda h: h.resultants("x|y"), r"no interface 'x\|y'"),
         (lambda h: h.quantity("colour"), "no variable 'colour'"),
         (lambda h: h.quantity("contact_force", component="z"), "contact_force has no"),
         (lambda h: h.quantity("contact_force", iteration=1000), "contact_force has no"),

@@ -52,11 +52,11 @@ def dropping():
 @pytest.mark.parametrize(
     ("structure", "steps"),
     [
-        (sliding_to_a_stop, 4),
-        pytest.param(turning_onto_others, 3, marks=pytest.mark.slow),
         (on_a_tie, 6),
-        pytest.param(slipping, 6, marks=pytest.mark.slow),
-        pytest.param(dropping, 10, marks=pytest.mark.slow),
+        *(
+            pytest.param(*row, marks=pytest.mark.slow)
+            for row in ((sliding_to_a_stop, 4), (turning_onto_others, 3), (slipping, 6), (dropping, 10))
+        ),
     ],
 )
 def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, states):

@@ -156,7 +156,7 @@ LOADS = st.lists(
 NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_size=12).filter(str.strip)
 
 
-@few(25)
+@few(12)
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
 @given(
     name=NAMES,

@@ -98,7 +98,7 @@ def test_directions_without_a_load_factor_are_told(tower):
     assert np.isnan(around.load_factor)
     with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not converged\)"):
         _ = around.governing
-    assert "not known: push 0 deg" in str(around)
+    assert "no load factor for push 0 deg" in str(around)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,11 @@
 """A façade, free, of small blocks and tied, pushed out of its plane and checked."""
 
+from functools import partial
+
 import numpy as np
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from structures import SELF_WEIGHT, model_of, push
 
@@ -11,6 +14,8 @@ SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
 #: Façade 5 m × 0.6 m × 6 m, and its edge at the foot, outside.
 LENGTH, DEPTH, HEIGHT = 5.0, 0.6, 6.0
 EDGE = Q_([[0, 0, 0], [LENGTH, 0, 0]], "m")
+#: A check takes the remedies of torsion and crushing.
+solve = partial(structures.solve, effects=True)
 
 
 def facade(joint=DRY):

@@ -100,11 +100,13 @@ def solve(
     variable: bs.LoadPattern,
     flow: str = "associative",
     dead: bs.LoadPattern = SELF_WEIGHT,
+    *,
+    effects: bool = False,
     **settings: object,
 ) -> bs.CaseResult:
-    """Result of one case."""
+    """Result of one case; its remedies of torsion and crushing are not run unless a test is about them."""
     case = bs.LimitCase("case", dead, variable, flow)
-    return bs.AnalysisManager(model, settings=settings_of(**settings)).run([case])["case"]
+    return bs.AnalysisManager(model, settings=settings_of(**settings), effects=effects).run([case])["case"]
 
 
 def kept(model: bs.Model, case: bs.model.Case, folder: Path) -> bs.Analysis:

@@ -10,7 +10,7 @@ from blockstruct import text
 from blockstruct.limit import Outcome
 from blockstruct.text import LOAD_FACTOR, Answer, NoteCode
 from blockstruct.text import assessment as a
-from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status
+from blockstruct.vocabulary import CurveDoubt, PathEnd, Procedure, Reason, SolverStatus, Status
 
 REACTION = Answer("reaction", "R", "force", -1e3)
 FIRST, INF = (Status.CONVERGED, 0.5, Reason.CERTIFIED), np.inf
@@ -128,6 +128,33 @@ def test_verdicts(of_sld, at):
     assert a.verdict("SLD", 0.823, "not satisfied", 1.211, ("0.1235 g", "0.15 g"), of_sld=of_sld) == (
         f"SLD: capacity / demand = 0.823, not satisfied; {at} = 1.211 m/s² = 0.1235 g (site 0.15 g)."
     )
+
+
+def test_doubts_on_a_curve():
+    facts = (0.01, 0.02), (0.3, 0.4), 0.02, "fictitious"
+    clauses = [f"{doubt}: {text.doubtful_part(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
+    assert clauses == Path(__file__).with_name("doubts.txt").read_text(encoding="utf-8").splitlines()
+    alone = text.doubtful_part(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
+    assert alone == clauses[0].removeprefix("rises: ").split(", or ")[0]
+
+
+LEAST_TIES = [
+    (5e3, "solved", "load factor", True, True),
+    (np.nan, "infeasible", "dead load", True, False),
+    (np.nan, "failed", "load factor", True, False),
+    (5e3, "solved", "dead load", True, True),
+    (5e3, "solved", "load factor", True, False),
+    (5e3, "solved", "load factor", False, True),
+    (5e3, "solved", "both", True, False),
+]
+
+
+def test_least_ties():
+    sentences = [
+        text.least_ties_sentence(0.5, {"tie": force}, SolverStatus(status), what, is_associative=flow, proven=proven)
+        for force, status, what, flow, proven in LEAST_TIES
+    ]
+    assert sentences == Path(__file__).with_name("least_ties.txt").read_text(encoding="utf-8").splitlines()
 
 
 def test_unit_sizes():

@@ -97,8 +97,8 @@ def test_crushing_about_both_axes_is_told(flow):
     b, h = 0.5, 1.0
     model = block(b, h, b, fc=4 * 20e3 * h)
     edges, rectangle = (
-        solve(model, push(1, 1, 0), flow, crushing_interaction="uniaxial"),
-        solve(model, push(1, 1, 0), flow),
+        solve(model, push(1, 1, 0), flow, crushing_interaction="uniaxial", effects=True),
+        solve(model, push(1, 1, 0), flow, effects=True),
     )
     # push(1, 1, 0) is √2 times the weight: α h / 2 is the eccentricity along each side.
     exact = (b / 2 - b / math.sqrt(2) / 3) / (h / 2)
@@ -113,7 +113,7 @@ def test_crushing_about_both_axes_is_told(flow):
     assert edges.notes[0].text in edges.describe()
     assert rectangle.notes == ()
     # About one axis the edges are exact.
-    assert solve(model, push(1, 0, 0), flow).notes == ()
+    assert solve(model, push(1, 0, 0), flow, effects=True).notes == ()
 
 
 @pytest.mark.parametrize(("share", "told"), [(1e-7, False), (1e-5, False), (1e-3, True)])
@@ -126,7 +126,7 @@ def test_crushing_about_both_axes_is_told_by_what_the_number_owes_to_it(share, t
     b, h = 0.5, 1.0
     model = block(b, h, b, fc=20e3 * h / share)
     edges, rectangle = (
-        solve(model, push(1, 1, 0), crushing_interaction=interaction) for interaction in ("uniaxial", "biaxial")
+        solve(model, push(1, 1, 0), crushing_interaction=i, effects=True) for i in ("uniaxial", "biaxial")
     )
     times = edges.load_factor / rectangle.load_factor
     assert times == pytest.approx((1 - share) / (1 - math.sqrt(share)), rel=1e-5)
@@ -139,7 +139,7 @@ def test_crushing_about_both_axes_is_told_by_what_the_number_owes_to_it(share, t
 def test_crushing_of_mortar_about_both_axes_is_told_by_the_eccentricity(ft):
     model = model_of(single_block(0.5, 1.0, t=0.5)[0], mortar(1e5, ft))
     edges, rectangle = (
-        solve(model, push(1, 1, 0), crushing_interaction=interaction) for interaction in ("uniaxial", "biaxial")
+        solve(model, push(1, 1, 0), crushing_interaction=i, effects=True) for i in ("uniaxial", "biaxial")
     )
     times = float(beyond_rectangle(edges.history)["ground|block"])
     assert times == pytest.approx(edges.load_factor / rectangle.load_factor, rel=1e-5)

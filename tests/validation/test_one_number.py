@@ -44,14 +44,6 @@ def test_ferris_tin_loi_walls(number, tuff, dry):
     assert found < associative
 
 
-def test_facade_with_butted_sidewalls():
-    assert path(model_of(facade(bonded=False), JOINTS), push(0, -1, 0)) == pytest.approx(0.0781, abs=1e-4)
-
-
-def test_facade_with_bonded_sidewalls():
-    assert 0.264 <= path(model_of(facade(bonded=True), JOINTS), push(0, -1, 0)) <= 0.268
-
-
 @pytest.mark.slow
 def test_a_wall_of_2430_bricks_settles(tuff, dry):
     """Without acceleration of the steps its forces swing for ever, and the load factor between 0.397 and 0.407."""

@@ -255,7 +255,7 @@ def test_the_first_page_has_the_end_and_the_doubts_of_a_curve(rounded):
     ended = sharp["push"].curve_ended
     assert f"<p>Pushover “push”: {ended}.</p>" in plain
     high = beginning(sharp, 0.9 * sharp["push"].load_factor)
-    warned = bs.results.doubtful_words(high["push"].capacity, high["push"].settings.procedure)[0]
+    warned = str(bs.results.doubtful_parts(high["push"].capacity, high["push"].settings.procedure)[0])
     assert f"; {ended}; {warned}.</p>" in summary(high)
     # A note of the governing check is not repeated.
     check = bs.assess.local_mechanism(high["push"], 1.35, SITE)

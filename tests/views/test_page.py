@@ -237,6 +237,7 @@ def test_the_toolbar_has_no_button_that_sends_anything(page):
         assert page.evaluate(f"[{context}.plotlyServerURL, {context}.showSendToCloud]") == ["", False]
 
 
+@pytest.mark.slow
 def test_the_ends_of_a_balanced_beam_stay_near_it(browser, tmp_path):
     model, load = balanced_beam()
     analysis = bs.run(model, [bs.LimitCase("tip", SELF_WEIGHT, load, "associative")])

@@ -38,7 +38,7 @@ from blockstruct.analysis.plan import (
 from blockstruct.analysis.remedies import with_effects
 from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
-from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
+from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, Solver, schedules_of
 from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
 from blockstruct.procedures import solve_dead_load, solve_limit_case
 from blockstruct.results import (
@@ -56,6 +56,9 @@ from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Reason, Status
+
+#: Statics and limit problem of each case by its name.
+Problems = Mapping[str, tuple[Statics, LimitProblem]]
 
 
 class Recorder:
@@ -112,7 +115,7 @@ class AnalysisManager:
         :meth:`blockstruct.Archive.table`.
     effects
         Whether to run a case with a note on torsion, crushing or self-stress again by the remedy of the note, which
-        then states how much the number changes. It takes one to three times as long as the case.
+        then states how much the number changes. It takes one to three times the time of the case.
     document_hash
         Hash of the document that describes the model: :attr:`blockstruct.documents.Document.hash`.
     study
@@ -196,10 +199,9 @@ class AnalysisManager:
         located = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
         runs = runs_of(located, self.settings, schedules_of(spread))
         started_at = now()
-        planned = {
-            run.case.name: planned_result(run, self.statics, problem, started_at)
-            for run, problem in zip(runs, self.check([run.case for run in runs]), strict=True)
-        }
+        checked = self.check([run.case for run in runs])
+        problems = {run.case.name: (self.statics, problem) for run, problem in zip(runs, checked, strict=True)}
+        planned = {run.case.name: planned_result(run, *problems[run.case.name], started_at) for run in runs}
         analysis = Analysis(
             self.model,
             planned,
@@ -212,10 +214,10 @@ class AnalysisManager:
             study=self.study,
         )
         if self.store is None:
-            done = self._conduct(analysis, self.listeners)
+            done = self._conduct(analysis, self.listeners, problems)
         else:
             with Checkpoint.begin(self.store, analysis) as working:
-                done = self._record(analysis, working)
+                done = self._record(analysis, working, problems)
         _warn_of(done.values())
         return done
 
@@ -270,13 +272,13 @@ class AnalysisManager:
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
         """Run an analysis again in memory, each case with its own settings."""
         manager = cls._resuming(analysis, None, listeners)
-        planned, started_at = {}, now()
-        for name, result in analysis.items():
-            statics = manager._statics_of(result)
-            problem = LimitProblem.of(statics, result.case)
-            run = Run(result.case, result.settings, result.schedule, result.of_case)
-            planned[name] = planned_result(run, statics, problem, started_at)
-        return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
+        started_at = now()
+        problems = {name: manager._problem_of(result) for name, result in analysis.items()}
+        planned = {
+            name: planned_result(Run(r.case, r.settings, r.schedule, r.of_case), *problems[name], started_at)
+            for name, r in analysis.items()
+        }
+        return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners, problems)
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does, and return their limit problems."""
@@ -289,12 +291,12 @@ class AnalysisManager:
         settings = next((result.settings for result in analysis.values()), None)
         return cls(analysis.model, path, settings=settings, listeners=listeners, progress=progress)
 
-    def _record(self, analysis: Analysis, working: Checkpoint) -> Analysis:
-        done = self._conduct(analysis, (Recorder(working), *self.listeners))
+    def _record(self, analysis: Analysis, working: Checkpoint, problems: Problems = MappingProxyType({})) -> Analysis:
+        done = self._conduct(analysis, (Recorder(working), *self.listeners), problems)
         working.finish(done)
         return done
 
-    def _conduct(self, analysis: Analysis, listeners: Sequence[Listener]) -> Analysis:
+    def _conduct(self, analysis: Analysis, listeners: Sequence[Listener], problems: Problems) -> Analysis:
         """Run the interrupted cases of an analysis."""
         results = dict(analysis)
         of_numbers = analysis.versions
@@ -303,8 +305,7 @@ class AnalysisManager:
                 continue
             of_numbers = versions()
             try:
-                statics = self._statics_of(before)
-                problem = LimitProblem.of(statics, before.case)
+                statics, problem = problems[name] if name in problems else self._problem_of(before)
                 place = (number, len(analysis))
                 results[name] = result = self._run_case(before, statics, problem, listeners, place)
                 try:
@@ -331,14 +332,16 @@ class AnalysisManager:
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
         scaled = problem.at_unit_load
-        solver = ReplaySolver(statics, scaled, before.history, solver_of(settings))
+        solver = solver_of(settings)
+        replay = ReplaySolver(statics, scaled, before.history, solver) if before.n_iterations else None
+        answers: Solver = replay or solver
         made_by = before.versions if before.n_iterations else ()
         solved = (
-            solve_dead_load(scaled, settings, solver)
+            solve_dead_load(scaled, settings, answers)
             if isinstance(case, RecordCase)
-            else solve_limit_case(scaled, case.flow, settings, solver)
+            else solve_limit_case(scaled, case.flow, settings, answers)
         )
-        steps = solver.follow(solved)
+        steps = replay.follow(solved) if replay else solved
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
         started_at = before.started_at if before.n_iterations else now()
@@ -369,13 +372,15 @@ class AnalysisManager:
         if not has_curve(case) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.
-        kept = before.history if before.n_iterations == len(iterations) else history
-        return followed(done, statics, problem, kept_state(statics, problem, kept, iterations[-1]), listeners)
+        first = before.history if before.n_iterations == len(iterations) else history
+        return followed(done, statics, problem, kept_state(statics, problem, first, iterations[-1]), listeners)
 
-    def _statics_of(self, result: CaseResult) -> Statics:
+    def _problem_of(self, result: CaseResult) -> tuple[Statics, LimitProblem]:
+        """Return statics and limit problem of a result, with its division into cells."""
         division = division_of(self.model, result.settings.crushing_cells, result.history)
         is_same = division == Division(self.settings.crushing_cells, self.statics.points.divided)
-        return self.statics if is_same else Statics.of(self.model, division)
+        statics = self.statics if is_same else Statics.of(self.model, division)
+        return statics, LimitProblem.of(statics, result.case)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:

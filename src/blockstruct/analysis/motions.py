@@ -28,7 +28,7 @@ from blockstruct.vocabulary import Reason, Status
 def followed(
     result: CaseResult, statics: Statics, problem: LimitProblem, collapse: Iteration, listeners: Iterable[Listener]
 ) -> CaseResult:
-    """Return the result of a case that goes on beyond collapse with its capacity curve.
+    """Return the result of a case that continues beyond collapse, with its capacity curve.
 
     A curve that the result has already is continued. A KeyboardInterrupt ends it; the result is then interrupted.
 

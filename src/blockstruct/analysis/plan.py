@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from typing import Any
 
@@ -16,7 +16,7 @@ from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning, V
 from blockstruct.limit import LimitProblem, Numerics, Outcome, ProcedureSettings, scheduled
 from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated, has_curve
 from blockstruct.motion import check_moving_case, check_record
-from blockstruct.results import Analysis, CaseResult, history_of, run_name
+from blockstruct.results import Analysis, CaseResult, LazyHistory, history_of, run_name
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, MovingStructure, Statics
 from blockstruct.storage import patterns
@@ -65,7 +65,8 @@ def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
 
 
 def planned_result(run: Run, statics: Statics, problem: LimitProblem, started_at: str) -> CaseResult:
-    """Return the result of a case that is still to be run."""
+    """Return the result of a case that is still to be run; its empty history is made at its first use."""
+    history: Any = LazyHistory(0, partial(history_of, statics, problem, []))
     return CaseResult(
         model=statics.model,
         case=run.case,
@@ -74,7 +75,7 @@ def planned_result(run: Run, statics: Statics, problem: LimitProblem, started_at
         certificate=None,
         schedule=run.schedule,
         of_case=run.of_case,
-        history=history_of(statics, problem, []),
+        history=history,
         started_at=started_at,
         duration=0.0,
     )
@@ -164,7 +165,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def _installed() -> dict[str, str]:
-    """Return the versions, read once: reading takes as long as a small case."""
+    """Return the versions, read once, because reading takes the time of a small case."""
     return {package: version(package) for package in _PACKAGES}
 
 

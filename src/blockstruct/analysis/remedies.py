@@ -19,7 +19,7 @@ def with_effects(result: CaseResult) -> CaseResult:
     """Return a result with the load factor that the remedy of each note gives.
 
     A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
-    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times as long as
+    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times the time of
     the case.
     """
     facts: dict[str, Any] = {}
@@ -29,7 +29,7 @@ def with_effects(result: CaseResult) -> CaseResult:
     if "biaxial_crushing" in wanted:
         exact = replace(result.settings, crushing="conic", crushing_interaction="biaxial")
         facts["biaxial_crushing"] = _load_factor(result.model, result, exact)
-    if "other_procedure" in result.wanted_effects:
+    if "other_procedure" in wanted:
         other = "fictitious" if result.settings.procedure == "loading path" else "loading path"
         facts["other_procedure"] = _load_factor(result.model, result, replace(result.settings, procedure=other))
     return result.changed(outcome=replace(result.outcome, **facts)) if facts else result

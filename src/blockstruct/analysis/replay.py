@@ -31,8 +31,8 @@ _FOUND_ANEW = (Stage.DEAD_LOAD, Stage.DEAD_LOAD_COLLAPSE, Stage.LARGEST_REACTION
 class ReplaySolver:
     """Answers programs from the history of a case, then from a solver.
 
-    :meth:`follow` tells which iteration a program belongs to: a loading path finds some of its closing states by a loop
-    of its own, which is run again.
+    :meth:`follow` counts the iterations, to which programs belong. A loading path finds some of its closing states by
+    its own loop, which runs again.
 
     The dead-load program is solved again, because the history of a stable structure does not contain it. An unbounded
     program is solved again, because a history keeps no ray. Steps of the loading path are not programs; they are
@@ -98,10 +98,10 @@ class ReplaySolver:
 
 
 def kept_state(statics: Statics, problem: LimitProblem, history: xr.Dataset, last: Iteration) -> Iteration:
-    """Return the last iteration with the numbers that a history keeps of it.
+    """Return the last iteration with its numbers in a history.
 
-    The way through SI units changes their last digits. What starts from the kept numbers alone goes on in the same way
-    after a kill.
+    Conversion to SI units and back changes their last digits. A run that continues from the stored numbers alone ends
+    with the same digits as a run that was killed and resumed.
     """
     row = history.isel(iteration=[-1])
     motion = np.concatenate([row[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")], axis=2)

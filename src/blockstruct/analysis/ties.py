@@ -46,6 +46,7 @@ from blockstruct.procedures import least_ties
 from blockstruct.results import Analysis, tie_state, ties_at_collapse
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
+from blockstruct.text import least_ties_sentence
 from blockstruct.vocabulary import Flow, SolverStatus, TieState
 
 __all__ = [
@@ -69,10 +70,6 @@ __all__ = [
     "least_tie_force",
     "with_and_without",
 ]
-
-
-#: Force of a tie, relative to the sum of all ties, below which it counts as zero.
-_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,25 +181,14 @@ class LeastTieForce:
         return float(sum(self.forces.values()))
 
     def __str__(self) -> str:
-        if np.isnan(self.total):
-            why = "no strength of these is enough"
-            if self.solver_status is not SolverStatus.INFEASIBLE:
-                why = f"the solver ended as {self.solver_status}"
-            at = ", under the dead load alone" if self.governing == "dead load" else ""
-            return f"load factor {self.load_factor:.6g}: none ({', '.join(self.forces)}: {why}{at})"
-        # The residual force of a tie that is not needed is the solver's rounding.
-        rounded = {name: force if force > _ROUNDING * self.total else 0.0 for name, force in self.forces.items()}
-        each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
-        text = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
-        if self.flow is Flow.NONASSOCIATIVE:
-            text += "; with associative flow: without dilatancy these ties may carry less, run the case with them"
-        if self.governing == "dead load":
-            text += "; the dead load alone asks for them"
-        if self.proven:
-            return text
-        if self.governing == "both":
-            return f"{text}; not proven, the dead load alone asks for others than the load factor: a smaller sum may do"
-        return f"{text}; not proven, the certificate does not hold"
+        return least_ties_sentence(
+            self.load_factor,
+            self.forces,
+            self.solver_status,
+            self.governing,
+            is_associative=self.flow is Flow.ASSOCIATIVE,
+            proven=self.proven,
+        )
 
 
 def least_tie_force(

@@ -14,7 +14,7 @@ from blockstruct.assess.participation import HorizontalForces, Participation, ta
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.tolerances import ACCURACY, OTHER_CURVE, STANDS
 from blockstruct.model import Model
-from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_words, tie_state
+from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_parts, tie_state
 from blockstruct.text import EFFECT, Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
 
@@ -104,7 +104,8 @@ def _of_curve(result: CaseResult, capacity: xr.Dataset) -> list[Note]:
     rounding = getattr(result.case, "corner_rounding", 0.0)
     if rounding:
         notes.append(assessment.rounded_corners(rounding, float(alpha[0]), result.load_factor))
-    notes += map(assessment.curve_doubt, doubtful_words(capacity, result.settings.procedure))
+    doubts = doubtful_parts(capacity, result.settings.procedure)
+    notes += [assessment.curve_doubt(str(part)) for part in doubts]
     if not np.isfinite(capacity["d0"]) and alpha[-1] > _LEFT * alpha[0]:
         notes.append(assessment.curve_end(float(alpha[0]), float(alpha[-1])))
     return notes

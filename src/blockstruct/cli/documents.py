@@ -75,7 +75,7 @@ def import_(
     with warnings.catch_warnings():
         # The printed report contains the same.
         warnings.simplefilter("ignore", bs.errors.GeometryWarning)
-        found = bs.imports.read_files(
+        imported = bs.imports.read_files(
             files,
             unit=unit,
             material=_materials(unit_weight),
@@ -84,17 +84,17 @@ def import_(
             up=up,
             **{name: value for name, value in options.items() if value is not None},
         )
-    say(str(found.report))
+    say(str(imported.report))
     joint = bs.JointMaterial("joint", friction)
     limits: dict[str, Any] = {"angle_tolerance": angle, "area_tolerance": area_tolerance}
     explicit: tuple[bs.Interface, ...] = ()
     tolerance = gap
-    if gap is None and found.moves:
-        corrected = bs.contacts.corrected_joints(found.blocks, joint, found.moves, **limits)
+    if gap is None and imported.moves:
+        corrected = bs.contacts.corrected_joints(imported.blocks, joint, imported.moves, **limits)
         tolerance, explicit = corrected.tolerance, corrected.explicit
         say(str(corrected))
     bs.documents.write_draft(
-        output, output.stem, found.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits
+        output, output.stem, imported.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits
     )
     try:
         document = _checked(output)
@@ -168,9 +168,9 @@ def validate(file: Annotated[Path, argument("An analysis file, or a model docume
         else:
             bs.check_file(file)
             analysis = bs.open_analysis(file)
-            found = bs.results.contradictions(analysis)
-            if found:
-                say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
+            contradictory = bs.results.contradictions(analysis)
+            if contradictory:
+                say("\n".join(f"{file}: case {name!r}: {what}" for name, what in contradictory))
                 say("these numbers are no proof: take the original file, or run the cases again")
                 raise typer.Exit(Exit.VIOLATIONS)
             say(f"{file}: a valid analysis of {counted(len(analysis), 'case')}")

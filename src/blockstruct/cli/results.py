@@ -157,9 +157,9 @@ def archive(
     """Print a row for each case of the analyses in a folder and its subfolders."""
     from blockstruct.views import archive_table
 
-    found = bs.Archive(folder)
+    archive = bs.Archive(folder)
     whole = csv is not None or all_columns
-    table = found.select(where, all_columns=whole)
+    table = archive.select(where, all_columns=whole)
     if csv is None:
         if all_columns:
             say(table.to_string())
@@ -189,9 +189,9 @@ def diff(
         read[statuses] = read[statuses].replace("_", " ", regex=True)
         say(read.to_string())
     else:
-        found = bs.results.compare(bs.open_analysis(one), bs.open_analysis(other))
-        same = found.agrees(tolerance)
-        say(str(found))
+        comparison = bs.results.compare(bs.open_analysis(one), bs.open_analysis(other))
+        same = comparison.agrees(tolerance)
+        say(str(comparison))
     if not same:
         raise typer.Exit(Exit.DIFFERENT)
 

@@ -94,7 +94,7 @@ def _building(
 ) -> None:
     """Run and check a model document in several directions, and write its report."""
     document = bs.read_document(file)
-    found = bs.assess.building(
+    building = bs.assess.building(
         document.model,
         document.cases[0].dead,
         demand,
@@ -104,9 +104,9 @@ def _building(
         method=method or _LINEAR,
         settings=bs.ProcedureSettings.of(document.settings),
     )
-    say(str(found))
+    say(str(building))
     if output is not None:
-        say(f"written: {found.report(output)}")
+        say(f"written: {building.report(output)}")
 
 
 def checks_of(
@@ -121,14 +121,14 @@ def checks_of(
 ) -> list[bs.assess.LocalMechanismCheck]:
     """Return the checks of one case, or of all with a push and a load factor; none without a spectrum."""
     if spectrum is None:
-        given = {
+        check_options = {
             "--confidence-factor": factor,
             "--knowledge-level": level,
             "--mode": modes or None,
             "--method": method,
             "--case": only,
         }
-        alone = [option for option, value in given.items() if value is not None]
+        alone = [option for option, value in check_options.items() if value is not None]
         if alone:
             verb = "belongs" if len(alone) == 1 else "belong"
             msg = f"{', '.join(alone)} {verb} to a check; give --spectrum, too"
@@ -139,8 +139,9 @@ def checks_of(
     for name in _checked(analysis, only):
         of = spreads.get(name, analysis[name])
         try:
-            found = bs.assess.local_mechanism(of, factor, demand, knowledge_level=level, method=method or _LINEAR)
-            checks.append(found)
+            checks.append(
+                bs.assess.local_mechanism(of, factor, demand, knowledge_level=level, method=method or _LINEAR)
+            )
         except bs.errors.ModelError as error:
             refused.append((name, error))
     if refused:
@@ -188,31 +189,31 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
 
 def demand_of(site: str, modes: Sequence[str] = ()) -> bs.assess.NtcSpectrum | bs.assess.FloorSpectrum:
     """Return the spectrum of a site given as text; with modes, at a height."""
-    given = _stated("--spectrum", site, *_SITE)
-    F0, topography = _number("--spectrum", "F0", given), given.get("topography", "T1")
-    ground = bs.assess.ntc_spectrum(given["ag"], F0, given["Tc"], given["soil"], topography)
-    found = []
+    values = _stated("--spectrum", site, *_SITE)
+    F0, topography = _number("--spectrum", "F0", values), values.get("topography", "T1")
+    ground = bs.assess.ntc_spectrum(values["ag"], F0, values["Tc"], values["soil"], topography)
+    shapes = []
     for text in modes:
         of_mode = _stated("--mode", text, *_MODE)
         numbers = {name: _number("--mode", name, of_mode) for name in of_mode if name != "T"}
-        found.append(bs.assess.Mode(of_mode["T"], **numbers))
-    return bs.assess.floor_spectrum(ground, found) if found else ground
+        shapes.append(bs.assess.Mode(of_mode["T"], **numbers))
+    return bs.assess.floor_spectrum(ground, shapes) if shapes else ground
 
 
 def _stated(option: str, text: str, must: Sequence[str], may: Sequence[str], example: str) -> dict[str, str]:
     """Return the entries of a text by name."""
-    given: dict[str, str] = {}
+    entries: dict[str, str] = {}
     for part in text.split(","):
         name, equals, value = (word.strip() for word in part.partition("="))
-        if name not in (*must, *may) or not equals or name in given:
+        if name not in (*must, *may) or not equals or name in entries:
             msg = f"{option}: {part.strip()!r}; {did_you_mean(name, (*must, *may))}, each once, as in {example!r}"
             raise bs.errors.ModelError(msg)
-        given[name] = value
-    missing = [name for name in must if name not in given]
+        entries[name] = value
+    missing = [name for name in must if name not in entries]
     if missing:
         msg = f"{option} {text!r}: no {', '.join(missing)}; write it as {example!r}"
         raise bs.errors.ModelError(msg)
-    return given
+    return entries
 
 
 def _number(option: str, name: str, given: Mapping[str, str]) -> float:

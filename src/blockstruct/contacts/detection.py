@@ -112,10 +112,10 @@ def detect_interfaces(
     size = float(np.mean([b.volume for b in blocks if not b.fixed] or [1.0]) ** (1 / 3))
     limits = _tolerances(size, tolerance, angle_tolerance, area_tolerance)
 
-    found = _detection(SameBlocks(blocks), size, limits, known)
-    interfaces = (*known, *(i.with_joint_material(rule(i)) for i in found.interfaces))
+    detection = _detection(SameBlocks(blocks), size, limits, known)
+    interfaces = (*known, *(i.with_joint_material(rule(i)) for i in detection.interfaces))
     check_rules_fit(joint_material, interfaces, who)
-    return Detection(interfaces, found.report, tuple(blocks))
+    return Detection(interfaces, detection.report, tuple(blocks))
 
 
 @lru_cache(maxsize=1)

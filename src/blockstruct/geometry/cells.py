@@ -117,11 +117,11 @@ def _best(buffer: bytes, count: int) -> tuple[int, float]:
 def _axes(corners: Array, most: int) -> list[Array]:
     """Return axes (2, 2) along the longest edges; perpendicular edges share their axes."""
     along, lengths = _edges(corners)
-    found = list[Array]()
+    frames = list[Array]()
     for s in along[np.argsort(-_rounded(lengths), kind="stable")]:
-        if all(np.abs(axes @ s).min() > SAME_GRID for axes in found):
-            found.append(np.array([s, [-s[1], s[0]]]))
-    return found[:most]
+        if all(np.abs(axes @ s).min() > SAME_GRID for axes in frames):
+            frames.append(np.array([s, [-s[1], s[0]]]))
+    return frames[:most]
 
 
 def _edges(corners: Array) -> tuple[Array, Array]:

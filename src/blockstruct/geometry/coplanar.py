@@ -286,9 +286,9 @@ def parts_not_hidden(
         if hidden:
             outline = _flat(pair, [pair])
             free = shapely.difference(outline, shapely.union_all(list(hidden.values())))
-            kept = [part for part in _without_holes(free) if not shapely.buffer(part, -pair.gap / 2).is_empty]
-            parts += [(_lifted(pair, part), ()) for part in kept]
-            area = pair.area - sum(float(part.area) for part in kept)
+            solid = [part for part in _without_holes(free) if not shapely.buffer(part, -pair.gap / 2).is_empty]
+            parts += [(_lifted(pair, part), ()) for part in solid]
+            area = pair.area - sum(float(part.area) for part in solid)
             parts.append((replace(pair, area=area), tuple(hidden)))
         else:
             parts.append((pair, ()))

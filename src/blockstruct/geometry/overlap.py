@@ -94,15 +94,15 @@ class Tetrahedra:
         body_of = np.array([k for k, _ in faces])[of_face]
         seen = np.ones(len(bodies), dtype=bool)
         seen[body_of[is_hidden]] = False
-        kept = seen[body_of] & (volumes > 0.0)
-        corners = corners[kept]
+        is_kept = seen[body_of] & (volumes > 0.0)
+        corners = corners[is_kept]
         a, b, c = (corners[:, _FACES[:, k]] for k in range(3))
         normals = np.cross(b - a, c - a)
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
         edges = corners[:, _EDGES[:, 1]] - corners[:, _EDGES[:, 0]]
         edges /= np.linalg.norm(edges, axis=2, keepdims=True)
         heights = np.einsum("tfj,tfj->tf", normals, a)
-        return cls(corners, normals, heights, edges), np.bincount(body_of[kept], minlength=len(bodies))
+        return cls(corners, normals, heights, edges), np.bincount(body_of[is_kept], minlength=len(bodies))
 
     def overlap(self, i: Index, j: Index, tolerance: float) -> NDArray[np.bool_]:
         """Return whether the tetrahedra i (m,) and j (m,) overlap by more than a tolerance, by separating axes."""

@@ -107,13 +107,13 @@ def clipped(corners: Array, axis: int, limit: float, keep: float = -1) -> Array:
         return corners
     side = keep * (corners[:, axis] - limit)
     after, next_side = np.roll(corners, -1, axis=0), np.roll(side, -1)
-    kept = []
+    inside = []
     for p, q, a, b in zip(corners, after, side, next_side, strict=True):
         if a >= 0:
-            kept.append(p)
+            inside.append(p)
         if a * b < 0:
-            kept.append(p + (q - p) * (a / (a - b)))
-    return np.array(kept).reshape(-1, corners.shape[1])
+            inside.append(p + (q - p) * (a / (a - b)))
+    return np.array(inside).reshape(-1, corners.shape[1])
 
 
 def fan(corners: Array, normal: Array) -> tuple[Array, Array]:

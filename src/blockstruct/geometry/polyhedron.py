@@ -53,13 +53,13 @@ class Polyhedron:
     @property
     def second_moments(self) -> Array:
         """Integral of ``r rᵀ`` over the volume, (3, 3), r from the centroid: over cones from there to the faces."""
-        found = np.zeros((3, 3))
+        moments = np.zeros((3, 3))
         for face in self.faces:
             for second, third in pairwise(face[1:]):
                 corners = self.vertices[[face[0], second, third]] - self.centroid
                 total = corners.sum(axis=0)
-                found += np.linalg.det(corners) / 120 * (np.outer(total, total) + corners.T @ corners)
-        return found
+                moments += np.linalg.det(corners) / 120 * (np.outer(total, total) + corners.T @ corners)
+        return moments
 
     def face_centroid(self, face: int) -> Array:
         """Return the centroid (3,) of a face."""

@@ -309,11 +309,11 @@ class Pushover(LimitCase):
         if block or self.control_point is None:
             return self
         try:
-            found = model.block_at(to_quantity(self.control_point, "length"))
+            nearest = model.block_at(to_quantity(self.control_point, "length"))
         except ModelError as error:
             error.add_note(f"at the control point of pushover {self.name!r}")
             raise
-        return evolve(self, control=(found.name, direction))
+        return evolve(self, control=(nearest.name, direction))
 
 
 #: Largest number of samples of a record.

@@ -311,9 +311,9 @@ class DetectionReport(ModelObject):
             f"{counted(on_line, 'pair')} that touch on a line only": on_line,
             f"{counted(hidden, 'contact')} rejected, in whole or in part, for a block between": hidden,
         }
-        found = f"{counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2"
+        total = f"{counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2"
         lines = [
-            f"{found} (gap tolerance {t.gap:.3g} m, angle {math.degrees(t.angle):.3g} deg)",
+            f"{total} (gap tolerance {t.gap:.3g} m, angle {math.degrees(t.angle):.3g} deg)",
             f"joints: {', '.join(joints) or 'none'}",
             *(sentence for sentence, count in findings.items() if count),
             *self.hints,

@@ -16,8 +16,8 @@ from blockstruct.vocabulary import JointOrientation
 
 Array = NDArray[np.float64]
 
-#: Distance of a corner from the fitted plane, relative to the size: rounding, and the largest that is allowed.
-PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
+#: Largest distance of a corner from the fitted plane, relative to the size.
+LARGEST_DEVIATION = 0.2
 
 
 def _polygon(value: VectorLike, dimension: str = "", what: str = "") -> Array:
@@ -103,11 +103,6 @@ class Interface(ModelObject):
         for array in (polygon, centroid, normal):
             array.setflags(write=False)
         store(self, polygon=polygon, area=area, centroid=centroid, normal=normal, deviation=deviation)
-
-    @property
-    def is_planar(self) -> bool:
-        """Whether the corners lie in one plane except for rounding."""
-        return self.deviation <= PLANARITY * float(np.ptp(self.polygon, axis=0).max())
 
     @property
     def torsion_lever(self) -> float:

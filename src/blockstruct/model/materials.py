@@ -259,12 +259,12 @@ class JointMaterial(ModelObject):
         >>> JointMaterial("lime", 0.6, cohesion="50 kPa").varied(compressive_strength="4 MPa").cohesion
         50000.0
         """
-        kept = _quantities({name: getattr(self, name) for name in JOINT_PROPERTIES})
+        properties = _quantities({name: getattr(self, name) for name in JOINT_PROPERTIES})
         if "friction_angle" in values:
-            del kept["friction_coefficient"]
+            del properties["friction_coefficient"]
         if self.source and values and "source" not in values:
-            kept["source"] = f"{self.source}; then changed: {', '.join(values)}"
-        return type(self)(self.name, **({"torsion": self.torsion, "source": self.source} | kept | values))
+            properties["source"] = f"{self.source}; then changed: {', '.join(values)}"
+        return type(self)(self.name, **({"torsion": self.torsion, "source": self.source} | properties | values))
 
     @classmethod
     def from_si(cls, name: str, values: Mapping[str, float], torsion: str = Torsion.CORNERS, source: str = "") -> Self:

@@ -189,13 +189,14 @@ class Model(ModelObject):
         """
         at = np.array(si_vector(point, "length", f"model {self.name!r}: point"))
         within, on = bodies_at([b.shape for b in self.blocks], at, OFF_BLOCK * self.characteristic_length)
-        found = [self.blocks[k] for k in within or on]
-        found = [b for b in found if not b.fixed] or found
-        if len(found) == 1:
-            return found[0]
+        candidates = [self.blocks[k] for k in within or on]
+        candidates = [b for b in candidates if not b.fixed] or candidates
+        if len(candidates) == 1:
+            return candidates[0]
         where = f"model {self.name!r}: the point ({', '.join(f'{x:.6g}' for x in at)}) m"
-        if found:
-            msg = f"{where} is on a joint of {listed([b.name for b in found])}; move it into one of them, or name one"
+        if candidates:
+            names = listed([b.name for b in candidates])
+            msg = f"{where} is on a joint of {names}; move it into one of them, or name one"
         else:
             msg = f"{where} is in no block; the nearest is {self._nearest(at)}"
         raise ModelError(msg)

@@ -88,11 +88,11 @@ def anchored(tie: Any, block_at: Callable[[Any], Block]) -> Any:
     ends = {end: getattr(tie, end) for end in ("start", "end") if is_anchor(getattr(tie, end))}
     try:
         unnamed = {end: point for end, (block, point) in ends.items() if not block}
-        found = {end: (block_at(to_quantity(point, "length")).name, point) for end, point in unnamed.items()}
+        named = {end: (block_at(to_quantity(point, "length")).name, point) for end, point in unnamed.items()}
     except ModelError as error:
         error.add_note(f"at an end of {label(tie)}")
         raise
-    return changed(tie, **found) if found else tie
+    return changed(tie, **named) if named else tie
 
 
 def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Block]) -> None:

@@ -377,18 +377,16 @@ def check_moving_case(model: Model, case: MovingCase) -> None:
 
 def _check_control(model: Model, case: Pushover, who: str) -> None:
     """Refuse a control point on another block than a free one."""
-    blocks = {b.name: b for b in model.blocks}
     name = case.control[0]
-    if name not in blocks:
-        msg = (
-            f"{who}: control point on block {name!r}, which model {model.name!r} does not have; it "
-            f"has {', '.join(list(blocks)[:10])}{', …' if len(blocks) > 10 else ''}"
-        )
-        raise UnknownNameError(msg)
-    if blocks[name].fixed:
+    try:
+        block = model.block(name)
+    except UnknownNameError as error:
+        error.add_note(f"at the control point of {who}")
+        raise
+    if block.fixed:
         msg = f"{who}: control point on support {name!r}, which does not move; give a free block"
         raise ModelError(msg)
     if case.control_point is not None:
         remedy = "give a point of the block, as one of its corners, or another block"
         what = f"{who}: control point"
-        check_at_block(what, case.control_point, name, blocks[name].shape.vertices, remedy)
+        check_at_block(what, case.control_point, name, block.shape.vertices, remedy)

@@ -8,7 +8,7 @@ positive. Velocities belong to a variable load that does work at 1 W (``w_L·u =
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
+from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_parts, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
 from blockstruct.results.frame import capacity_frame, history_frame
@@ -85,7 +85,7 @@ __all__ = [
     # capacity curves
     "block_rotations",
     "breaking_words",
-    "doubtful_words",
+    "doubtful_parts",
     "broken_ties",
     "capacity_frame",
     "capacity_of",

@@ -120,25 +120,6 @@ class HistoryAccessor:
         series = pd.Series(values, index=index, name=ranked.name)
         return series.dropna().sort_values(ascending=False, kind="stable").head(n)
 
-    def contact_forces(self, interface: str, *, plain: bool = False) -> Any:
-        """Return the contact forces of an interface in every iteration.
-
-        Parameters
-        ----------
-        interface
-            Its name.
-        plain
-            Whether to return floats in newton instead of a quantity.
-
-        Returns
-        -------
-        pint.Quantity or array
-            (iteration, contact point of the interface, component n, s, t); on the plus block, compression positive.
-        """
-        points = self._ds["interface_of_contact_point"].to_numpy() == self._index_of(interface)
-        force = self._ds["contact_force"].isel(contact_point=np.flatnonzero(points))
-        return _given(force.transpose("iteration", "contact_point", "component"), plain=plain)
-
     def resultants(self, interface: str, *, plain: bool = False) -> dict[str, Any]:
         """Return the resultants of the forces on an interface in every iteration.
 
@@ -152,8 +133,8 @@ class HistoryAccessor:
         points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
         alone = self._ds.isel(contact_point=points, interface=[index])
         alone = alone.assign_coords(interface_of_contact_point=("contact_point", np.zeros(len(points), dtype=int)))
-        found = interface_resultants(alone).isel(interface=0)
-        return {str(name): _given(found[name], plain=plain) for name in found.data_vars}
+        resultants = interface_resultants(alone).isel(interface=0)
+        return {str(name): _given(resultants[name], plain=plain) for name in resultants.data_vars}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
         """Return a variable as a quantity.
@@ -216,12 +197,12 @@ class HistoryAccessor:
                 msg = f"difference: the histories have different {name.replace('_', ' ')}s; compare cases of one model"
                 raise ModelError(msg)
         position, position_before = self._position(iteration), other.blockstruct._position(before)
-        here = self._ds.isel(iteration=position, drop=True)
-        there = other.isel(iteration=position_before, drop=True)
-        found = xr.Dataset(
-            {name: (here[name] - there[name].variable).assign_attrs(here[name].attrs) for name in _COMPARED}
+        later = self._ds.isel(iteration=position, drop=True)
+        earlier = other.isel(iteration=position_before, drop=True)
+        differences = xr.Dataset(
+            {name: (later[name] - earlier[name].variable).assign_attrs(later[name].attrs) for name in _COMPARED}
         )
-        return found.drop_vars("stage", errors="ignore")
+        return differences.drop_vars("stage", errors="ignore")
 
     def frame(self, variable: str | None = None) -> pd.DataFrame:
         """Return a variable as a table: :func:`blockstruct.results.history_frame`."""
@@ -273,12 +254,12 @@ class HistoryAccessor:
 
     def _index_of(self, interface: str) -> int:
         names = self._ds["interface"].to_numpy()
-        found = np.flatnonzero(names == interface)
-        if not len(found):
+        places = np.flatnonzero(names == interface)
+        if not len(places):
             some = ", ".join(map(str, names[:5]))
             msg = f"history: no interface {shown(interface)}; it has {len(names)}, such as {some}"
             raise UnknownNameError(msg)
-        return int(found[0])
+        return int(places[0])
 
     @staticmethod
     def _in_state(history: xr.Dataset, state: str) -> np.ndarray:

@@ -153,8 +153,8 @@ class Analysis(Mapping[str, CaseResult]):
 
     def replaced(self, **changes: Any) -> Self:
         """Return the same analysis with some attributes replaced."""
-        kept = {f.name: getattr(self, f.name) for f in fields(self)}
-        return type(self)(**{**kept, **changes})
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return type(self)(**{**values, **changes})
 
     def __getitem__(self, name: str) -> CaseResult:
         if name not in self.results:

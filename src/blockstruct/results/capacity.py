@@ -1,7 +1,7 @@
 """The capacity curve: every state of a pushover or a settlement as one xarray Dataset."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,11 @@ from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
 from blockstruct.results.ties import break_displacements
 from blockstruct.statics import Placement
+from blockstruct.text import doubtful_part
 from blockstruct.units import SI_UNITS
-from blockstruct.vocabulary import AXES
+from blockstruct.vocabulary import AXES, CurveDoubt
 
-#: Dimension in which a value is, and what it is, of every attribute of a state.
+#: Dimension and long name of every attribute of a state.
 _VALUES = {
     "load_factor": ("dimensionless", "load factor α"),
     "displacement": ("length", "displacement of the control point along its direction"),
@@ -74,12 +75,6 @@ MOSTLY, LEFT, SHIFTED = 0.5, 0.5, 0.01
 MISSED = 0.01
 #: Change of the force of a tie between two states, relative to its largest force, that counts as sudden.
 AT_ONCE = 0.5
-_BEGUN = (
-    ", or friction leaves more than one collapse state, and procedure='loading path' in the settings finds the one "
-    "that loading leads to"
-)
-_SLIPS = "where units slip and catch a curve hangs on its steps"
-_LEAPS = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips that slid until there"
 
 
 def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
@@ -88,11 +83,11 @@ def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
     The first dimension is the step. Values of contact points follow one another, step by step; ``loaded_points`` has
     their number in each step.
     """
-    found = {"loaded_points": np.array([len(step.force_of_contact) for step in steps])}
+    arrays = {"loaded_points": np.array([len(step.force_of_contact) for step in steps])}
     for name in _VALUES:
         values = [np.asarray(getattr(step, name), dtype=np.int64 if name in _WHOLE else np.float64) for step in steps]
-        found[name] = np.concatenate(values) if "contact" in _DIMS.get(name, ()) else np.stack(values)
-    return found
+        arrays[name] = np.concatenate(values) if "contact" in _DIMS.get(name, ()) else np.stack(values)
+    return arrays
 
 
 def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
@@ -164,77 +159,87 @@ def _length(long_name: str) -> dict[str, str]:
     return {"units": SI_UNITS["length"], "long_name": long_name}
 
 
-def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
-    """Return cautions on a capacity curve: rises, jumps, sudden rocking.
+@dataclass(frozen=True, slots=True)
+class DoubtfulPart:
+    """A part of a capacity curve that may depend on its steps.
 
-    Each caution is a clause. A jump, over one step or two, continues neither the curve before nor the curve after it;
-    a kink is no jump. Jumps from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or
-    slack appear in its forces. ``procedure`` is the procedure of the settings, which found the collapse state.
+    Attributes
+    ----------
+    doubt : CurveDoubt
+    displacement, load_factor : tuple of float
+        Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
+        between the first state and the highest.
+    missed : float
+        Work that the step to the last of these states misses, relative to all work so far.
+    procedure : str
+        Procedure of the settings, which found the collapse state.
+    has_ties : bool
     """
-    d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
-    if "reaction" in capacity:
-        # A reaction changes as the supports move, and a fall ends the curve.
-        return _misses(capacity.isel(step=capacity["falls"].to_numpy() == 0))
-    if len(d) < 3 or not alpha[0]:
-        return []
-    said, top = [], int(alpha.argmax())
-    if alpha[top] - alpha[0] > RISES * abs(alpha[0]):
-        tight = ", or ties are pulled tight" if "tie_force" in capacity else ""
-        begun = "" if procedure == "loading path" else _BEGUN
-        said.append(
-            f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} at a displacement of {1e3 * d[top]:.4g} "
-            f"mm: blocks meet, interlock or jam{tight}{begun}"
+
+    doubt: CurveDoubt
+    displacement: tuple[float, float]
+    load_factor: tuple[float, float]
+    missed: float
+    procedure: str
+    has_ties: bool
+
+    def __str__(self) -> str:
+        return doubtful_part(**asdict(self))
+
+
+def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
+    """Return the parts of a capacity curve that may depend on its steps: rises, jumps, sudden rocking, missed work.
+
+    A jump, over one step or two, continues neither the curve before nor the curve after it; a kink is no jump. Jumps
+    from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or slack appear in its
+    forces. ``procedure`` is the procedure of the settings.
+    """
+    is_reaction = "reaction" in capacity
+    # A reaction changes as the supports move, and a fall ends the curve.
+    curve = capacity.isel(step=capacity["falls"].to_numpy() == 0) if is_reaction else capacity
+    d, alpha, missed = (curve[name].to_numpy() for name in ("displacement", "load_factor", "energy_error"))
+    doubts = [] if is_reaction or len(d) < 3 or not alpha[0] else _changes(curve)
+    worst = int(missed.argmax())
+    if missed[worst] > MISSED:
+        doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
+    return [
+        DoubtfulPart(
+            doubt,
+            (float(d[first]), float(d[last])),
+            (float(alpha[first]), float(alpha[last])),
+            float(missed[last]),
+            procedure,
+            has_ties="tie_force" in curve,
         )
+        for doubt, first, last in doubts
+    ]
+
+
+def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
+    """Return the doubts on the load factors of a curve, each with its first and last state."""
+    d, alpha, friction = (curve[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
+    top = int(alpha.argmax())
+    doubts = [(CurveDoubt.RISES, 0, top)] if alpha[top] - alpha[0] > RISES * abs(alpha[0]) else []
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
-    of_ties = _of_ties(capacity)
+    of_ties = _of_ties(curve)
     # Rounding may put a state in the middle of a jump.
     for steps in (1, 2):
         beyond = _beyond(way, alpha, of_ties, steps)
-        jump, behind = int(beyond.argmax()), int(beyond.argmax()) + steps
-        if beyond[jump] <= JUMPS * abs(alpha[0]):
-            continue
-        # A curve without friction data may have any friction. Ties that yield count as friction.
-        slides = "dissipation" not in capacity or (
-            capacity["dissipation"].to_numpy()[jump : behind + 1].max() > SLIDES * abs(alpha[0])
-        )
-        said.append(
-            f"the load factor jumps from {alpha[jump]:.4g} to {alpha[behind]:.4g} at a displacement of "
-            f"{1e3 * d[jump]:.4g} mm: {_SLIPS if slides else _LEAPS}, so run it with other steps and compare"
-        )
-        break
-    else:
-        said += _gives_way(way, capacity)
-    return said + _misses(capacity)
-
-
-def _misses(capacity: xr.Dataset) -> list[str]:
-    """Return a caution if quasi-static forces do not balance the energy."""
-    if "energy_error" not in capacity or (missed := capacity["energy_error"].to_numpy()).max() <= MISSED:
-        return []
-    k = int(missed.argmax())
-    before = f"{1e3 * float(capacity['displacement'][max(k - 1, 0)]):.4g} mm"
-    what = "blocks drop or meet, or hinges leap there, so run it with other steps and compare"
-    return [f"{missed[k]:.1%} of all work is missed in the step from a displacement of {before}: {what}"]
-
-
-def _gives_way(way: NDArray[np.float64], capacity: xr.Dataset) -> list[str]:
-    """Return a caution if sliding changes to rocking within a long step.
-
-    The following branch may then be wrong by as much as the length of the step.
-    """
-    if "dissipation" not in capacity:
-        return []
-    d, alpha, friction = (capacity[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
+        jump = int(beyond.argmax())
+        if beyond[jump] > JUMPS * abs(alpha[0]):
+            # Ties that yield count as friction.
+            slides = friction[jump : jump + steps + 1].max() > SLIDES * abs(alpha[0])
+            return [*doubts, (CurveDoubt.SLIPS if slides else CurveDoubt.LEAPS, jump, jump + steps)]
+    # The branch after a change from sliding to rocking may be wrong by as much as the length of the step.
     ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= LEFT * friction[:-2])
     length = np.diff(way)
     shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)
-    found = np.flatnonzero(ends & ~_of_ties(capacity)[:-1] & (shifted > SHIFTED * abs(alpha[0])))
-    if not len(found):
-        return []
-    k = int(found[shifted[found].argmax()])
-    rock = "rock" if friction[k + 1] <= SLIDES * abs(alpha[0]) else "rock and slide"
-    where = f"up to a displacement of {1e3 * d[k]:.4g} mm, and {rock} from {1e3 * d[k + 1]:.4g} mm on"
-    return [f"blocks slide {where}: that is known to a step, so run it with other steps and compare"]
+    long = np.flatnonzero(ends & ~of_ties[:-1] & (shifted > SHIFTED * abs(alpha[0])))
+    if len(long):
+        k = int(long[shifted[long].argmax()])
+        rocks = friction[k + 1] <= SLIDES * abs(alpha[0])
+        doubts.append((CurveDoubt.ROCKS if rocks else CurveDoubt.ROCKS_AND_SLIDES, k, k + 1))
+    return doubts
 
 
 def _beyond(
@@ -257,10 +262,10 @@ def _beyond(
     behind[so_far[last] > so_far[steps:]] = np.nan
     leaves, comes = at_end - 2 * at_begin + before, 2 * at_end - at_begin - behind
     beyond = np.fmin(np.abs(leaves), np.abs(comes))
-    told = so_far[:-steps] == so_far[steps:]
+    counts = so_far[:-steps] == so_far[steps:]
     if steps > 1:
-        told &= leaves * comes > 0
-    return np.where(told, np.nan_to_num(beyond), 0.0)
+        counts &= leaves * comes > 0
+    return np.where(counts, np.nan_to_num(beyond), 0.0)
 
 
 def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
@@ -269,14 +274,14 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
     A tie breaks, or suddenly becomes tight or slack.
     """
     d = capacity["displacement"].to_numpy()
-    found = np.zeros(len(d) - 1, dtype=bool)
+    sudden = np.zeros(len(d) - 1, dtype=bool)
     if "tie_break_displacement" in capacity:
         broke = capacity["tie_break_displacement"].to_numpy()[:, None]
-        found |= ((broke >= np.minimum(d[:-1], d[1:])) & (broke <= np.maximum(d[:-1], d[1:]))).any(axis=0)
+        sudden |= ((broke >= np.minimum(d[:-1], d[1:])) & (broke <= np.maximum(d[:-1], d[1:]))).any(axis=0)
     if "tie_force" in capacity:
         force = np.nan_to_num(capacity["tie_force"].transpose("step", "tie").to_numpy())
-        found |= (np.abs(np.diff(force, axis=0)) > AT_ONCE * force.max(axis=0)).any(axis=1)
-    return found
+        sudden |= (np.abs(np.diff(force, axis=0)) > AT_ONCE * force.max(axis=0)).any(axis=1)
+    return sudden
 
 
 def steps_of(capacity: xr.Dataset) -> list[MotionState]:

@@ -355,8 +355,8 @@ class CaseResult:
 
         It is infinite if unbounded, and NaN if the case ended before that program was solved.
         """
-        found = np.flatnonzero(self.history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)
-        return float(self.history["load_factor"].to_numpy()[found[-1]]) if len(found) else np.nan
+        iterations = np.flatnonzero(self.history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)
+        return float(self.history["load_factor"].to_numpy()[iterations[-1]]) if len(iterations) else np.nan
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -460,16 +460,6 @@ class CaseResult:
         return np.nan if state is None else state.load_factor
 
     @property
-    def last_feasible(self) -> int | None:
-        """Last iteration with admissible forces; None without one.
-
-        The forces are in equilibrium within the true conditions. Mechanisms are ignored. The last iteration of a case
-        that has not converged may be a different one.
-        """
-        found = np.flatnonzero(self._admissible)
-        return int(found[-1]) if len(found) else None
-
-    @property
     def _admissible(self) -> NDArray[np.bool_]:
         residual, excess = (self.history[name].to_numpy() for name in ("equilibrium_residual", "yield_excess"))
         return are_admissible(residual, excess, self.settings)
@@ -487,11 +477,15 @@ class CaseResult:
         if not isinstance(settings, Mapping):
             msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
-        given = ProcedureSettings.of(settings)
-        proof = Certificate(**measures, holds=bool(certificate.get("holds")), settings=given) if certificate else None
+        all_settings = ProcedureSettings.of(settings)
+        proof = (
+            Certificate(**measures, holds=bool(certificate.get("holds")), settings=all_settings)
+            if certificate
+            else None
+        )
         # Files of earlier versions have certificates of programs without a solution, which never hold.
-        kept = proof if proof and (proof.holds or proof.is_of_a_state) else None
-        return cls(case=case, settings=given, certificate=kept, **rest)
+        valid = proof if proof and (proof.holds or proof.is_of_a_state) else None
+        return cls(case=case, settings=all_settings, certificate=valid, **rest)
 
     @property
     def masses(self) -> str:

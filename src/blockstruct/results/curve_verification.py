@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 ELASTIC = 1e-3
 #: Distance of blocks from the positions that their motions give, relative to the mean block size: rotations round.
 MOVED = 1e-6
-#: Relative difference of two computations, and difference of what has no unit, that rounding makes.
+#: Relative difference of two computations, and difference of dimensionless values, that rounding makes.
 SAME, ROUNDING = 1e-3, 1e-6
 #: Relative difference of d0, and of the work of the variable load in a second from 1 J, that rounding makes.
 OF_D0, AT_ONE_WATT = 1e-9, 1e-5
-#: What follows from the other values of a state, and whether it is a length.
+#: Values that follow from the others of a state, and whether they are lengths.
 _FOLLOWS = {
     "displacement": True,
     "tie_elongation": True,
@@ -80,7 +80,7 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
 
 
 def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionState, names: list[str]) -> Iterator[str]:
-    """Where blocks are against the motion that led there, and that motion against its unit."""
+    """Compare the positions of blocks with the motion that led there, and this motion with its unit."""
     size, at = moving.statics.length, Placement.at(state.position, state.rotation)
     led, most = Placement.of(moving.statics.model), ELASTIC * size
     if before is not None:
@@ -100,12 +100,12 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
 
 
 def _differences(state: MotionState, again: MotionState, size: float) -> Iterator[str]:
-    """What follows from the values of a state, against what it says."""
+    """Compare the derived values of a state with those that it stores."""
     work = max(abs(again.load_factor), abs(again.dissipation), 1.0)
     for name in (f.name for f in fields(MotionState) if f.name in _FOLLOWS):
         stored, found = (np.atleast_1d(np.asarray(getattr(of, name), dtype=float)) for of in (state, again))
         least = MOVED * size if _FOLLOWS[name] else ROUNDING * work
-        # A number that is none differs.
+        # NaN differs from every number.
         off = ~(np.abs(stored - found) <= least + SAME * np.abs(found))
         if off.any():
             k = int(off.argmax())

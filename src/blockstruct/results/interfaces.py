@@ -342,9 +342,9 @@ def contact_state(
     mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
 
     # The edge of a tall structure penetrates slowly compared with the openings at its top.
-    own = np.maximum.reduceat(np.linalg.norm(v, axis=-1), starts, axis=-1)
+    speed_of_joint = np.maximum.reduceat(np.linalg.norm(v, axis=-1), starts, axis=-1)
     hinge = any_of(opening)
-    enters = hinge[..., index] & (apart < -tolerance * own[..., index]) & _fully_pressed(history)
+    enters = hinge[..., index] & (apart < -tolerance * speed_of_joint[..., index]) & _fully_pressed(history)
     crushing = any_of(soft & ((apart < -zero) | enters))
     parts = (hinge, slips & (mean > zero), slips & (np.abs(turn) > zero), crushing)
     code = np.sum([part.astype(int) << bit for bit, part in enumerate(parts)], axis=0)

@@ -62,8 +62,8 @@ def lost_lever(history: xr.Dataset, interface: int) -> float:
         order = np.argsort(-(cells @ u))
         borne = np.cumsum(strength[order]) / strength.sum()
         of_cells = np.cumsum((strength * (cells @ u))[order]) / strength.sum()
-        found = np.interp(pressed, np.append(0, borne), np.append(0, of_cells))
-        lost = max(lost, float((1 - found[usual] / moment[usual]).max(initial=0.0)))
+        of_pressed = np.interp(pressed, np.append(0, borne), np.append(0, of_cells))
+        lost = max(lost, float((1 - of_pressed[usual] / moment[usual]).max(initial=0.0)))
     return lost
 
 

@@ -82,16 +82,16 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
 
 def with_motion(model: Model, history: xr.Dataset, motion: Array) -> xr.Dataset:
     """Return the last iteration with another motion of the blocks, (blocks, 6) as in :func:`motion_of`."""
-    found = history.isel(iteration=[-1]).load().copy()
+    last = history.isel(iteration=[-1]).load().copy()
     centroid = np.array([block.centroid for block in model.blocks])
 
     def velocity(blocks: NDArray[np.int64], points: Array) -> Array:
         return np.asarray(motion[blocks, :3] + np.cross(motion[blocks, 3:], points - centroid[blocks]))
 
-    index, of_point = model.block_index, found["interface_of_contact_point"].to_numpy()
+    index, of_point = model.block_index, last["interface_of_contact_point"].to_numpy()
     sides = (np.array([index[getattr(i, side)] for i in model.interfaces]) for side in ("minus", "plus"))
     minus, plus = (blocks[of_point] for blocks in sides)
-    points, frame = found["contact_point_position"].to_numpy(), found["interface_frame"].to_numpy()[of_point]
+    points, frame = last["contact_point_position"].to_numpy(), last["interface_frame"].to_numpy()[of_point]
     apart = np.einsum("kij,kj->ki", frame, velocity(plus, points) - velocity(minus, points))
     values: dict[str, tuple[tuple[str, ...], Array]] = {
         "block_velocity": (("iteration", "block", "axis"), motion[None, :, :3]),
@@ -106,8 +106,8 @@ def with_motion(model: Model, history: xr.Dataset, motion: Array) -> xr.Dataset:
         rate = np.einsum("ta,ta->t", along, velocity(blocks[:, 1], end) - velocity(blocks[:, 0], start))
         values["tie_elongation_rate"] = (("iteration", "tie"), rate[None])
     for name, (dims, array) in values.items():
-        found[name] = (dims, array, found[name].attrs)
-    return found
+        last[name] = (dims, array, last[name].attrs)
+    return last
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,7 +253,7 @@ def macro_blocks(
         np.add.at(carried, on_blocks.block, on_blocks.pushed)
     members_of = [np.flatnonzero(body == number) for number in np.unique(body[~fixed])]
     members_of.sort(key=lambda members: -(weights + carried)[members].sum())
-    found: list[MacroBlock] = []
+    bodies: list[MacroBlock] = []
     for members in members_of:
         # Bodies without weight have a motion, too.
         mass = weights[members] if weights[members].sum() > 0 else np.ones(len(members))
@@ -263,9 +263,9 @@ def macro_blocks(
         off = translation[members] - moved - np.cross(turn, centroids[members] - centroid)
         speed = float(speed_of_block[members].max())
         kind = "body" if speed > AT_REST else "at rest"
-        found.append(
+        bodies.append(
             MacroBlock(
-                name=f"{kind} {1 + sum(one.name.startswith(kind) for one in found)}",
+                name=f"{kind} {1 + sum(one.name.startswith(kind) for one in bodies)}",
                 blocks=tuple(model.blocks[i].name for i in members),
                 weight=float(weights[members].sum()),
                 carried=float(carried[members].sum()),
@@ -276,4 +276,4 @@ def macro_blocks(
                 departure=float(np.linalg.norm(off, axis=1).max() / largest),
             )
         )
-    return found
+    return bodies

@@ -50,15 +50,15 @@ def response_arrays(states: Sequence[RecordState]) -> dict[str, NDArray[Any]]:
     The first dimension is time. Values of contact points follow one another, state by state; ``loaded_points`` has
     their number in each state.
     """
-    found: dict[str, NDArray[Any]] = {
+    arrays: dict[str, NDArray[Any]] = {
         "loaded_points": np.array([len(state.force_of_contact) for state in states]),
         "time": np.array([state.time for state in states]),
         "time_step": np.array([state.time_step for state in states]),
     }
     for name, (dims, _, _) in _VARIABLES.items():
         values = [np.asarray(getattr(state, name), np.int64 if name in _WHOLE else np.float64) for state in states]
-        found[name] = np.concatenate(values) if "contact" in dims else np.stack(values)
-    return found
+        arrays[name] = np.concatenate(values) if "contact" in dims else np.stack(values)
+    return arrays
 
 
 def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
@@ -99,20 +99,20 @@ def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
 def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
     """Return the values of the states of a response: the inverse of :func:`response_of`."""
     n = response.sizes["time"]
-    found = {name: response[name].to_numpy() for name in ("time", *_VARIABLES)}
-    found["time_step"] = np.full(n, float(response["time_step"]))
-    found["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
-    return found
+    arrays = {name: response[name].to_numpy() for name in ("time", *_VARIABLES)}
+    arrays["time_step"] = np.full(n, float(response["time_step"]))
+    arrays["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
+    return arrays
 
 
 def beginning_of(response: xr.Dataset) -> tuple[int, RecordState]:
     """Return the last state from which a response is continued, and its index."""
     k = int(np.flatnonzero(response["finds_contacts"].to_numpy())[-1])
-    own = response["state_of_contact"].to_numpy() == k
+    of_state = response["state_of_contact"].to_numpy() == k
     values: dict[str, Any] = {"time": float(response["time"][k]), "time_step": float(response["time_step"])}
     for name, (dims, _, _) in _VARIABLES.items():
         array = response[name].to_numpy()
-        values[name] = array[own] if "contact" in dims else array[k] if len(dims) > 1 else array[k].item()
+        values[name] = array[of_state] if "contact" in dims else array[k] if len(dims) > 1 else array[k].item()
     values["finds_contacts"] = True
     return k, RecordState(**{f.name: values[f.name] for f in fields(RecordState)})
 

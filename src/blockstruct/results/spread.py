@@ -86,8 +86,8 @@ class Spread:
 
         None with fewer than two such paths.
         """
-        found = [r.load_factor for r in self._settled if r.outcome.procedure is Procedure.LOADING_PATH]
-        return (min(found), max(found)) if len(found) > 1 else None
+        load_factors = [r.load_factor for r in self._settled if r.outcome.procedure is Procedure.LOADING_PATH]
+        return (min(load_factors), max(load_factors)) if len(load_factors) > 1 else None
 
     @property
     def headline(self) -> Headline:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from blockstruct.model import Model, tie_segments
 from blockstruct.results.interfaces import NO_FORCE
 from blockstruct.results.mechanism import ACCURACY, largest_motion
-from blockstruct.text import LISTED, tie_sentence, tie_title
+from blockstruct.text import LISTED, breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import TieState
 
@@ -142,11 +142,11 @@ def break_displacements(displacement: Array, elongation: Array, limit: Array) ->
     limit : (N,) array
         Elongation limits of the ties, m; infinite without one.
     """
-    found = np.full(len(limit), np.nan)
+    displacements = np.full(len(limit), np.nan)
     for tie, k in _breaking(elongation, limit).items():
-        found[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
+        displacements[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
     # Ties that break together break at the same displacement, free of rounding.
-    return np.round(found, DECIMALS)
+    return np.round(displacements, DECIMALS)
 
 
 def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
@@ -231,14 +231,10 @@ def breaking_words(capacity: xr.Dataset) -> list[str]:
     Each gives the displacement and the loss of load factor. The last clause counts the remaining ties.
     """
     broken = broken_ties(capacity)
-    clauses = []
-    for (before, after), together in broken.head(LISTED).groupby(
-        ["load factor before", "load factor after"], sort=False
-    ):
-        each = [
-            f"{tie_title(str(name))} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
-            for name, d, longer in together.iloc[:, :2].itertuples()
-        ]
-        clauses.append(f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}")
+    shared = ["load factor before", "load factor after"]
+    clauses = [
+        breaking_clause(list(together.iloc[:, :2].itertuples(name=None)), *together[shared].iloc[0].astype(float))
+        for _, together in broken.head(LISTED).groupby(shared, sort=False)
+    ]
     rest = len(broken) - LISTED
-    return clauses + [f"{rest} more {'tie breaks' if rest == 1 else 'ties break'}"] * (rest > 0)
+    return clauses + [more_breaks(rest)] * (rest > 0)

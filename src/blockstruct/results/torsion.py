@@ -45,8 +45,8 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
         - ``times``: V and T as a multiple of the exact limit in these proportions; an upper bound if below one;
         - ``share``: work of friction beyond the exact limit, relative to the load factor or, if it is larger, to the
           work of friction: approximately the share of the load factor that depends on it;
-        - ``times_left``, ``share_left``: the same for V and T within the ellipsoid: what is left in joints with the
-          torsion of uniform pressure.
+        - ``times_left``, ``share_left``: the same for V and T within the ellipsoid: the excess that remains in
+          joints with the torsion of uniform pressure.
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
@@ -114,16 +114,16 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bo
     The torsion exceeds that under uniform pressure.
 
     Joints that limit torsion at their contact points have one note, joints that limit it by an ellipsoid another.
-    ``answer`` is ``"load factor"`` or ``"reaction"``. With ``limited`` the notes are on what the torsion of uniform
-    pressure would leave in all joints.
+    ``answer`` is ``"load factor"`` or ``"reaction"``. With ``limited`` the notes are on the excess that the torsion
+    of uniform pressure would leave in all joints.
     """
-    found = corner_torsion(model, history)
+    torsion = corner_torsion(model, history)
     if limited:
-        found = found.assign(times=found["times_left"], share=found["share_left"])
+        torsion = torsion.assign(times=torsion["times_left"], share=torsion["share_left"])
     weight = sum(block.weight for block in model.blocks if not block.fixed)
     at_corners = np.array([not limited and i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
     notes = []
-    for joints, corners in ((found[at_corners], True), (found[~at_corners], False)):
+    for joints, corners in ((torsion[at_corners], True), (torsion[~at_corners], False)):
         share = float(joints["share"].sum())
         if share > EFFECT:
             worst = joints[joints["share"] > 0].sort_values("share", ascending=False)

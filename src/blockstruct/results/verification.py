@@ -108,16 +108,16 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
     -------
     list of (name of the case, contradiction); empty without any
     """
-    found, statics = [], dict[Division, Statics]()
+    contradictory, statics = [], dict[Division, Statics]()
     for name, result in analysis.items():
         try:
             division = division_of(analysis.model, result.settings.crushing_cells, result.history)
             if division not in statics:
                 statics[division] = Statics.of(analysis.model, division)
-            found += [(name, what) for what in _of_case(statics[division], result)]
+            contradictory += [(name, what) for what in _of_case(statics[division], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
-            found.append((name, f"the history does not belong to this model and case ({error})"))
-    return found
+            contradictory.append((name, f"the history does not belong to this model and case ({error})"))
+    return contradictory
 
 
 def confirm(analysis: Analysis) -> None:
@@ -128,9 +128,9 @@ def confirm(analysis: Analysis) -> None:
     CertificateError
         If :func:`contradictions` finds any; the message lists them.
     """
-    found = contradictions(analysis)
-    if found:
-        some = listed([f"case {name!r}: {what}" for name, what in found], LISTED)
+    contradictory = contradictions(analysis)
+    if contradictory:
+        some = listed([f"case {name!r}: {what}" for name, what in contradictory], LISTED)
         msg = f"analysis of {analysis.model.name!r}: {some}; run the model again, these results are not proof"
         raise CertificateError(msg)
 
@@ -225,11 +225,11 @@ def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
     # Programs under dead load alone have no load factor, and a file need not keep the forces of every iteration.
     known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & ~np.isin(stage, _PROGRAMS_OF_DEAD_LOAD)
     for k in np.flatnonzero(known):
-        found = float(np.abs(problem.unbalanced(x[k], T[k], float(alpha[k]))).max())
-        if not _same(float(stored[k]), found, result.settings.numerics.equilibrium_tolerance):
+        recomputed = float(np.abs(problem.unbalanced(x[k], T[k], float(alpha[k]))).max())
+        if not _same(float(stored[k]), recomputed, result.settings.numerics.equilibrium_tolerance):
             yield (
-                f"load factor and forces of iteration {k} miss equilibrium by {found:.3g}, its equilibrium residual "
-                f"is {stored[k]:.3g}"
+                f"load factor and forces of iteration {k} miss equilibrium by {recomputed:.3g}, its "
+                f"equilibrium residual is {stored[k]:.3g}"
             )
             return
 

@@ -342,8 +342,10 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
             case = member(groups, place)
             settings = json.loads(plain(case.attrs["settings"]))
             texts = {text: plain(case.attrs[text]) for text in _TEXTS}
-            own = {key: plain(case.attrs[key]) for key in ("versions",) if key in case.attrs}
-            made_by = [str(each.get("blockstruct")) for each in versions_of(own, json.loads(file.attrs["versions"]))]
+            case_versions = {key: plain(case.attrs[key]) for key in ("versions",) if key in case.attrs}
+            made_by = [
+                str(each.get("blockstruct")) for each in versions_of(case_versions, json.loads(file.attrs["versions"]))
+            ]
             yield {
                 **of_file,
                 "case": name,
@@ -359,7 +361,7 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
 
 
 def _end(text: str) -> str:
-    """Return how a curve ended, of what a file keeps of it."""
+    """Return how a curve ended, from its stored outcome."""
     outcome = CurveOutcome.read(text)
     return "" if outcome is None else outcome.end.value
 
@@ -382,8 +384,8 @@ def table_of(rows: Iterable[Row]) -> pd.DataFrame:
         table[column] = pd.to_datetime(table[column], utc=True, errors="coerce", format="ISO8601")
     units = {name: {row[_UNITS_OF_ROW].get(name) for row in rows if _UNITS_OF_ROW in row} for name in varied}
     # One name may hold values of several dimensions, each with its unit.
-    found = {name: " or ".join(sorted(filter(None, of_column))) for name, of_column in units.items()}
-    table.attrs["units"] = _UNITS | {name: unit for name, unit in found.items() if unit}
+    joined = {name: " or ".join(sorted(filter(None, of_column))) for name, of_column in units.items()}
+    table.attrs["units"] = _UNITS | {name: unit for name, unit in joined.items() if unit}
     return table
 
 

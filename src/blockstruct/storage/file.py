@@ -311,11 +311,11 @@ class AnalysisFile:
     def root_findings(self) -> list[Finding]:
         """Return the violations of the root and of the list of cases."""
         with self.opened() as file:
-            found = self._violations("/", outline(file).lines, "")
+            violations = self._violations("/", outline(file).lines, "")
             held = file.get("cases", ())
             if len(held) != len(self.cases) or set(held) != {group_name(name) for name in self.cases}:
-                found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
-        return found
+                violations.append(("/cases", "the groups are not those that the attribute cases of / lists"))
+        return violations
 
     def group(
         self, place: str, part: str, read: Callable[[Outline], xr.Dataset] = read_dataset
@@ -333,11 +333,11 @@ class AnalysisFile:
         """
         with self.opened() as file:
             try:
-                found = outline(member(file, place))
+                contents = outline(member(file, place))
             except FormatError as error:
                 return None, [(place, str(error))]
-            wrong = self._violations(place, found.lines, part)
-            return None if wrong else read(found), wrong
+            wrong = self._violations(place, contents.lines, part)
+            return None if wrong else read(contents), wrong
 
     def load_factors(self, case: str) -> Any:
         """Return only the load factors of the history of a case by the path of its group."""
@@ -522,34 +522,34 @@ def check_file(path: str | Path) -> dict[str, Any]:
         If the file is not a valid analysis; every violation is listed with its HDF5 path.
     """
     file = AnalysisFile(path)
-    found = file.root_findings()
+    violations = file.root_findings()
     model, wrong = file.group("/model", "model")
-    found += wrong if model is None else index_findings("/model", model)
+    violations += wrong if model is None else index_findings("/model", model)
     for place, parts in file.parts.items():
         case, wrong = file.group(place, "case")
         history, wrong_too = file.group(f"{place}/history", "history")
-        found += [*wrong, *wrong_too]
+        violations += [*wrong, *wrong_too]
         if case is not None and history is not None:
             load_factors = history["load_factor"].to_numpy()
-            found += case_findings(place, case, load_factors, parts)
-            found += bound_findings(place, case, history)
+            violations += case_findings(place, case, load_factors, parts)
+            violations += bound_findings(place, case, history)
         if history is not None and model is not None:
-            found += history_findings(f"{place}/history", history, model)
+            violations += history_findings(f"{place}/history", history, model)
         for part in parts:
             ds, wrong = file.group(f"{place}/{part}", part)
-            found += wrong
+            violations += wrong
             if ds is not None and model is not None:
-                found += PARTS[part](f"{place}/{part}", ds, model)
-    if model is not None and not found:
-        found += model_findings("/model", model, read_analysis(file).model)
-    if found:
-        raise violated(file.path, found)
+                violations += PARTS[part](f"{place}/{part}", ds, model)
+    if model is not None and not violations:
+        violations += model_findings("/model", model, read_analysis(file).model)
+    if violations:
+        raise violated(file.path, violations)
     return file.attrs
 
 
 def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     """Return the analysis of a file; for a plan, a function makes the histories that it leaves out."""
-    found = file.root_findings()
+    violations = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
     places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
     places |= {f"{place}/{part}": part for place, parts in file.parts.items() for part in parts}
@@ -558,11 +558,11 @@ def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
         places |= {f"{place}/history": "history" for place in file.cases.values()}
     for place, part in places.items():
         ds, wrong = file.group(place, part)
-        found += wrong
+        violations += wrong
         if ds is not None:
             groups[place] = ds
-    if found:
-        raise violated(file.path, found)
+    if violations:
+        raise violated(file.path, violations)
     if not is_old:
         return _analysis(file, groups, blank)
     with _damage_at(file, "/"):
@@ -582,16 +582,16 @@ def _damage_at(file: AnalysisFile, place: str) -> Iterator[None]:
 
 def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
     root, held = groups["/"].attrs, groups["/model"]
-    found = list(index_findings("/model", held))
+    violations = list(index_findings("/model", held))
     for place, parts in file.parts.items():
         for part in parts:
-            found += PARTS[part](f"{place}/{part}", groups[f"{place}/{part}"], held)
+            violations += PARTS[part](f"{place}/{part}", groups[f"{place}/{part}"], held)
         if blank is None or int(groups[place]["n_iterations"]):
             history = groups.get(f"{place}/history")
             load_factors = file.load_factors(place) if history is None else history["load_factor"].to_numpy()
-            found += case_findings(place, groups[place], load_factors, parts)
-    if found:
-        raise violated(file.path, found)
+            violations += case_findings(place, groups[place], load_factors, parts)
+    if violations:
+        raise violated(file.path, violations)
     with _damage_at(file, "/model"):
         model, patterns = read_model(held), read_patterns(held)
     if model.hash != root["model_hash"]:
@@ -601,10 +601,10 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     for name, place in file.cases.items():
         with _damage_at(file, place):
             results[name] = _result(file, groups, place, patterns, model, blank)
-            found += reaction_findings(place, groups[place], results[name])
-            found += certificate_findings(place, results[name])
-    if found:
-        raise violated(file.path, found)
+            violations += reaction_findings(place, groups[place], results[name])
+            violations += certificate_findings(place, results[name])
+    if violations:
+        raise violated(file.path, violations)
     return Analysis(
         model,
         results,
@@ -641,12 +641,12 @@ def _result(
 
 
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
-    history, found = file.group(place, "history")
+    history, violations = file.group(place, "history")
     if history is not None:
-        found = list(history_findings(place, history, names))
-        if not found:
+        violations = list(history_findings(place, history, names))
+        if not violations:
             return history
-    raise violated(file.path, found)
+    raise violated(file.path, violations)
 
 
 class ModelImage(NamedTuple):
@@ -696,26 +696,26 @@ def sealed_image(
     image, model = part or ModelImage.of(analysis, path)
     attrs = _root_attributes(analysis)
     root = xr.Dataset({"schema": ((), "")}, attrs=attrs)
-    found = _violations("/", root, "", ("model", "cases"))
+    violations = _violations("/", root, "", ("model", "cases"))
     tree = {"/": xr.Dataset(attrs=attrs)}
     for of_case, result in analysis.items():
         place, case = f"/cases/{group_name(of_case)}", case_dataset(result, analysis.versions)
         tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
         parts = {name: ds for name in PARTS if (ds := getattr(result, name)) is not None}
-        found += _violations(place, case, "case", ("history", *parts))
+        violations += _violations(place, case, "case", ("history", *parts))
         for name, ds in parts.items():
             tree[f"{place}/{name}"] = ds
-            found += _violations(f"{place}/{name}", ds, name)
-            found += PARTS[name](f"{place}/{name}", ds, model)
+            violations += _violations(f"{place}/{name}", ds, name)
+            violations += PARTS[name](f"{place}/{name}", ds, model)
         if result.n_iterations or not is_plan:
             tree[f"{place}/history"] = history = result.history
             if wrong := _violations(f"{place}/history", history, "history"):
-                found += wrong
+                violations += wrong
                 continue
-            found += history_findings(f"{place}/history", history, model)
-            found += case_findings(place, case, history["load_factor"].to_numpy(), parts)
-    if found:
-        raise violated(path, found)
+            violations += history_findings(f"{place}/history", history, model)
+            violations += case_findings(place, case, history["load_factor"].to_numpy(), parts)
+    if violations:
+        raise violated(path, violations)
     content = netcdf_image(tree, image).content
     return content, seal_of(content)
 
@@ -728,13 +728,13 @@ def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
     ModelError
         If two patterns of one name have different loads.
     """
-    found: dict[str, LoadPattern] = {}
+    by_name: dict[str, LoadPattern] = {}
     for case in cases:
         for pattern in case.patterns:
-            if found.setdefault(pattern.name, pattern) != pattern:
+            if by_name.setdefault(pattern.name, pattern) != pattern:
                 msg = f"load pattern {pattern.name!r}: two patterns of this name have different loads; rename one"
                 raise ModelError(msg)
-    return list(found.values())
+    return list(by_name.values())
 
 
 @cache

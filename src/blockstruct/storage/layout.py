@@ -213,11 +213,11 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         variables[name] = _si("joint_material", [getattr(j, name) for j in joints], joint_property.dimension)
     variables["torsion"] = ("joint_material", _texts(str(j.torsion) for j in joints))
     for name, dimension in (_VECTORS | _NUMBERS).items():
-        found = [getattr(load, name, None) for _, load in loads]
-        if name not in _ALWAYS and all(value is None for value in found):
+        values = [getattr(load, name, None) for _, load in loads]
+        if name not in _ALWAYS and all(value is None for value in values):
             continue
         dims, shape = (("load", "axis"), (3,)) if name in _VECTORS else (("load",), ())
-        numbers = np.array([np.full(shape, np.nan) if value is None else value for value in found], dtype=float)
+        numbers = np.array([np.full(shape, np.nan) if value is None else value for value in values], dtype=float)
         variables[f"{name}_of_load"] = _si(dims, numbers.reshape(len(loads), *shape), dimension)
     for dim, some in (("material", materials), ("joint_material", joints)):
         if any(each.source for each in some):
@@ -338,10 +338,10 @@ def _detection_variables(
     for name, dimension in _MEASURES.items():
         variables[f"{name}_of_contact"] = _si("contact", _floats(getattr(c, name) for c in contacts), dimension)
     for field, dim, measure in _PAIRS:
-        found = getattr(report, field)
-        variables[f"first_of_{dim}"] = (dim, _integers(block[first] for first, _, _ in found))
-        variables[f"second_of_{dim}"] = (dim, _integers(block[second] for _, second, _ in found))
-        variables[f"{measure}_of_{dim}"] = _si(dim, _floats(value for _, _, value in found), "length")
+        pairs = getattr(report, field)
+        variables[f"first_of_{dim}"] = (dim, _integers(block[first] for first, _, _ in pairs))
+        variables[f"second_of_{dim}"] = (dim, _integers(block[second] for _, second, _ in pairs))
+        variables[f"{measure}_of_{dim}"] = _si(dim, _floats(value for _, _, value in pairs), "length")
     variables |= {
         "block_of_nonplanar_face": ("nonplanar_face", _integers(block[name] for name, _, _ in faces)),
         "face_of_nonplanar_face": ("nonplanar_face", _integers(face for _, face, _ in faces)),
@@ -417,8 +417,8 @@ def _tie(one: xr.Dataset) -> AnyTie:
     points = [to_quantity(point, "length") for point in one["end_of_tie"].to_numpy()]
     blocks = [str(one["block"].to_numpy()[b]) if b >= 0 else "" for b in one["block_of_tie"].to_numpy()]
     start, end = zip(blocks, points, strict=True) if kind.anchored else points
-    given = {name: float(one[f"{name}_of_tie"]) for name in kind.quantities}
-    quantities = {n: to_quantity(v, TIE_QUANTITIES[n]) for n, v in given.items() if not np.isnan(v)}
+    stored = {name: float(one[f"{name}_of_tie"]) for name in kind.quantities}
+    quantities = {n: to_quantity(v, TIE_QUANTITIES[n]) for n, v in stored.items() if not np.isnan(v)}
     return kind.type(str(one["tie"].item()), start, end, **quantities)
 
 
@@ -543,28 +543,33 @@ def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[
     FormatError
         If the attribute holds anything else.
     """
-    found = json.loads(attrs.get("versions", json.dumps([versions])))
-    if not isinstance(found, list) or not found or not all(isinstance(each, dict) for each in found):
+    recorded = json.loads(attrs.get("versions", json.dumps([versions])))
+    if not isinstance(recorded, list) or not recorded or not all(isinstance(each, dict) for each in recorded):
         msg = "attribute versions is not a JSON list of objects"
         raise FormatError(msg)
-    return tuple(found)
+    return tuple(recorded)
 
 
 def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
     attrs = ds.attrs
     dead, flow = patterns[attrs["dead"]], attrs["flow"]
     if "record" in attrs:
-        own = json.loads(attrs["record"])
-        name = "record_acceleration" if own["direction"] is not None else "record_accelerations"
+        values = json.loads(attrs["record"])
+        name = "record_acceleration" if values["direction"] is not None else "record_accelerations"
         time = ds["record_interval"].item() if "record_interval" in ds else ds["record_time"].to_numpy()
-        lengths = {n: None if own[n] is None else to_quantity(own[n], "time") for n in ("interval", "time_step")}
+        lengths = {n: None if values[n] is None else to_quantity(values[n], "time") for n in ("interval", "time_step")}
         acceleration = to_quantity(ds[name].to_numpy(), "acceleration")
-        return RecordCase(attrs["name"], dead, acceleration, to_quantity(time, "time"), own["direction"], **lengths)
+        return RecordCase(attrs["name"], dead, acceleration, to_quantity(time, "time"), values["direction"], **lengths)
     if "pushover" in attrs:
-        own = json.loads(attrs["pushover"])
-        point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
-        rounding = to_quantity(own.get("corner_rounding", 0.0), "length")
-        more = {"control": own["control"], "control_point": point, "steps": own["steps"], "corner_rounding": rounding}
+        values = json.loads(attrs["pushover"])
+        point = None if values["control_point"] is None else Point(*map(float, values["control_point"]))
+        rounding = to_quantity(values.get("corner_rounding", 0.0), "length")
+        more = {
+            "control": values["control"],
+            "control_point": point,
+            "steps": values["steps"],
+            "corner_rounding": rounding,
+        }
         return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
@@ -669,9 +674,9 @@ def certificate_findings(path: str, result: CaseResult) -> Iterator[Finding]:
 
 def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
     """Find an associative load factor that is not the last of its history."""
-    found = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
+    load_factors = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
     if "associative_load_factor" in case:
-        stated, last = float(case["associative_load_factor"]), found[-1] if len(found) else np.nan
+        stated, last = float(case["associative_load_factor"]), load_factors[-1] if len(load_factors) else np.nan
         if not np.array_equal(stated, last, equal_nan=True):
             yield path, f"associative_load_factor is {stated:.6g}, that of the history {last:.6g}"
 
@@ -747,13 +752,13 @@ def _case_from_1(case: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     settings, stages = json.loads(attrs["settings"]), history["stage"].to_numpy()
     status, associative = Status(attrs["status"]), attrs["flow"] == Flow.ASSOCIATIVE
     converged = status is Status.CONVERGED
-    found = Procedure.ASSOCIATIVE if associative else _procedure(stages)
+    procedure = Procedure.ASSOCIATIVE if associative else _procedure(stages)
     attrs |= {
         "reason": _REASONS[status].value,
-        "procedure": found.value if converged else "",
+        "procedure": procedure.value if converged else "",
         "settings": json.dumps(_settings_from_1(settings)),
     }
-    settled = converged and (associative or _has_settled(history, found, settings["load_factor_tolerance"]))
+    settled = converged and (associative or _has_settled(history, procedure, settings["load_factor_tolerance"]))
     new = case.assign(settled=((), int(settled), {"units": "dimensionless"}))
     new.attrs = attrs
     return new

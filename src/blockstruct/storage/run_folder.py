@@ -640,13 +640,13 @@ class Checkpoint:
         place = place_of(path)
         folder = folder_of(place)
         if not is_unfinished(place):
-            kept = (
+            reason = (
                 "its run begins or has ended before it kept anything; wait, or run it again"
                 if folder.is_dir()
                 else "no run that writes to it was killed"
             )
             instead = named_instead(Path(path))
-            msg = f"{path}: {f'is {instead}' if instead else f'no working data, {folder}: {kept}'}"
+            msg = f"{path}: {f'is {instead}' if instead else f'no working data, {folder}: {reason}'}"
             raise StorageError(msg)
         lock = WriterLock(place)
         try:

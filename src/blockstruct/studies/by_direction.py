@@ -17,6 +17,7 @@ from blockstruct.errors import ModelError, StudyWarning
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
+from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
@@ -78,8 +79,8 @@ class Directions:
 
     @classmethod
     def _of(cls, analysis: Analysis, among: Iterable[str]) -> "Directions":
-        found = {name: direction_of(analysis[name].case) for name in among}
-        pushed = {name: at for name, at in found.items() if at is not None}
+        pushes = {name: direction_of(analysis[name].case) for name in among}
+        pushed = {name: at for name, at in pushes.items() if at is not None}
         if not pushed or len({upwards for _, upwards in pushed.values()}) > 1:
             msg = (
                 f"analysis of {analysis.model.name!r}: "
@@ -109,8 +110,8 @@ class Directions:
     @property
     def load_factor(self) -> float:
         """The least load factor of all directions; NaN without any."""
-        found = self.data["load_factor"].to_numpy()
-        return float(found[self._least]) if not np.isnan(found).all() else math.nan
+        load_factors = self.data["load_factor"].to_numpy()
+        return float(load_factors[self._least]) if not np.isnan(load_factors).all() else math.nan
 
     @property
     def governing(self) -> CaseResult:
@@ -142,9 +143,9 @@ class Directions:
 
     @property
     def _least(self) -> int:
-        found = self.data["load_factor"].to_numpy()
+        load_factors = self.data["load_factor"].to_numpy()
         # Several values may differ by rounding only: take the first.
-        return int(np.flatnonzero(found <= np.nanmin(found) * (1 + _ROUNDING))[0])
+        return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + _ROUNDING))[0])
 
     @property
     def without_load_factor(self) -> list[str]:
@@ -182,20 +183,24 @@ class Directions:
         return np.diff(np.append(angles, angles[0] + 360))
 
     @property
-    def uncovered(self) -> str:
-        """Caution that nothing is known between the directions that were run.
+    def is_covered(self) -> bool:
+        """Whether :attr:`least_between` covers the gaps between the directions that were run, or one was run."""
+        return not math.isnan(self.least_between) or self.data.sizes["direction"] < 2
 
-        It also says if there are few directions. Empty if :attr:`least_between` covers the gaps, and for a single
-        direction.
+    @property
+    def uncovered(self) -> str:
+        """Clause on the directions between those that were run; empty if they are covered.
+
+        It names the widest gap above a quarter turn.
         """
-        if not math.isnan(self.least_between) or self.data.sizes["direction"] < 2:
+        if self.is_covered:
             return ""
-        said = "are not covered, and one of them may be lower"
         widest = int(np.argmax(self._gaps))
-        if self._gaps[widest] <= _COMPASS * (1 + 1e-9):
-            return said
+        gap = float(self._gaps[widest])
+        if gap <= _COMPASS * (1 + 1e-9):
+            return study.uncovered_directions()
         start, end = (float(self.data["direction"][k]) for k in (widest, (widest + 1) % self.data.sizes["direction"]))
-        return f"{said}: none was run for {self._gaps[widest]:g} deg, from {start:g} to {end:g} deg"
+        return study.uncovered_directions(gap, start, end)
 
     @property
     def least_between(self) -> float:
@@ -227,13 +232,13 @@ class Directions:
                 f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{'NOT SETTLED' if drifts else in_words(status)}"
             )
         if not math.isnan(self.load_factor):
-            lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
+            lines.append(f"  {study.governing_direction(self.governing_direction, self.load_factor)}")
         if not math.isnan(self.least_between):
-            lines.append(f"  no direction between them is below {self.least_between:.4g}")
-        if self.uncovered:
-            lines.append(f"  directions between them {self.uncovered}")
+            lines.append(f"  {study.least_between_directions(self.least_between)}")
+        if not self.is_covered:
+            lines.append(f"  {study.between_directions(self.uncovered)}")
         if self.without_load_factor:
-            lines.append(f"  not known: {', '.join(self.without_load_factor)}; the envelope may be lower there")
+            lines.append(f"  {study.unknown_directions(self.without_load_factor)}")
         return "\n".join(lines)
 
 
@@ -301,9 +306,6 @@ def directions(  # noqa: PLR0913
     manager = AnalysisManager(model, store, settings=settings, listeners=listeners, effects=False)
     around = Directions.of(manager.run(cases, spread=spread))
     if around.without_load_factor:
-        msg = (
-            f"directions: no load factor for {', '.join(around.without_load_factor)} "
-            f"({around.endings}); the envelope may be lower there"
-        )
+        msg = f"directions: {study.unknown_directions(around.without_load_factor)} ({around.endings})"
         warnings.warn(msg, StudyWarning, stacklevel=2)
     return around

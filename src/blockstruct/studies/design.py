@@ -162,8 +162,8 @@ def design_of(parameters: Mapping[str, Any], sampling: str | None, runs: int | N
 def _points(axes: Mapping[str, Axis], how: str) -> Iterator[Sequence[Any]]:
     sizes = {name: len(axis.values) for name, axis in axes.items()}
     if how == PAIRED and len(set(sizes.values())) > 1:
-        said = ", ".join(f"{name} {n}" for name, n in sizes.items())
-        msg = f"study: lists side by side have different lengths: {said}; give as many values of each, or a grid"
+        counts = ", ".join(f"{name} {n}" for name, n in sizes.items())
+        msg = f"study: lists side by side have different lengths: {counts}; give as many values of each, or a grid"
         raise ModelError(msg)
     count = int(np.prod(list(sizes.values()), dtype=float)) if how == GRID else max(sizes.values(), default=1)
     if count > MOST_RUNS:
@@ -203,8 +203,10 @@ def _coordinate(name: str, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
             msg = f"study: {name}: {value} is not a {dimension} as {some[0]} is; give values of one dimension"
             raise DimensionError(msg)
     # Values given in that unit are not converted.
-    found = [np.nan if v is None else v.magnitude if str(v.units) == unit else v.to(unit).magnitude for v in values]
-    return np.array(found, dtype=float), unit
+    magnitudes = [
+        np.nan if v is None else v.magnitude if str(v.units) == unit else v.to(unit).magnitude for v in values
+    ]
+    return np.array(magnitudes, dtype=float), unit
 
 
 def _samples(drawn: Mapping[str, Any], how: str, count: int, seed: Any) -> dict[str, Axis]:

@@ -98,8 +98,8 @@ def read_study(path: str | Path) -> StudyDocument:
         except BlockstructError as error:
             msg = f"{path}: /parameters/{dotted}: {error}"
             raise DocumentError(msg) from error
-    given = content["parameters"]
-    parameters = {name: _parameter(value, f"{path}: /parameters/{name}") for name, value in given.items()}
+    values = content["parameters"]
+    parameters = {name: _parameter(value, f"{path}: /parameters/{name}") for name, value in values.items()}
     options: dict[str, Any] = {key: content[key] for key in ("sampling", "runs", "seed", "spread") if key in content}
     try:
         design_of(parameters, options.get("sampling"), options.get("runs"), options.get("seed", 0))
@@ -176,20 +176,20 @@ def _distribution(given: Mapping[str, Any], where: str) -> Any:
         msg = f"{where}: a {' and a '.join(sorted(dimensions))}; give parameters of one dimension"
         raise DocumentError(msg)
     p = {key: float(v.to(unit).magnitude if with_unit else v) for key, v in read.items()}
-    found: Any
+    distribution: Any
     match given["distribution"]:
         case "normal":
-            found = stats.norm(p["mean"], _positive(p["standard_deviation"], where))
+            distribution = stats.norm(p["mean"], _positive(p["standard_deviation"], where))
         case "lognormal":
             variation = _positive(p["standard_deviation"], where) / _positive(p["mean"], where)
             sigma = float(np.sqrt(np.log1p(variation**2)))
-            found = stats.lognorm(sigma, scale=p["mean"] / np.sqrt(1 + variation**2))
+            distribution = stats.lognorm(sigma, scale=p["mean"] / np.sqrt(1 + variation**2))
         case "uniform":
-            found = stats.uniform(p["low"], _positive(p["high"] - p["low"], where))
+            distribution = stats.uniform(p["low"], _positive(p["high"] - p["low"], where))
         case _:
             width = _positive(p["high"] - p["low"], where)
-            found = stats.triang((p["mode"] - p["low"]) / width, p["low"], width)
-    return Q_(found, unit) if with_unit else found
+            distribution = stats.triang((p["mode"] - p["low"]) / width, p["low"], width)
+    return Q_(distribution, unit) if with_unit else distribution
 
 
 def _positive(value: float, where: str) -> float:

@@ -160,9 +160,9 @@ def _of_joints(given: Any, names: Any) -> Any:
         if name not in names:
             msg = f"first_order: no joint material {shown(name)}; {did_you_mean(str(name), sorted(set(names)))}"
             raise UnknownNameError(msg)
-    found = {n: si(v, "dimensionless", f"first_order: standard deviation of {n!r}") for n, v in given.items()}
-    for name, value in found.items():
+    deviations = {n: si(v, "dimensionless", f"first_order: standard deviation of {n!r}") for n, v in given.items()}
+    for name, value in deviations.items():
         if value < 0:
             msg = f"first_order: standard deviation {value:g} of {name!r}; give zero or more"
             raise ModelError(msg)
-    return np.array([found.get(name, 0.0) for name in names])
+    return np.array([deviations.get(name, 0.0) for name in names])

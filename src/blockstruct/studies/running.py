@@ -1,4 +1,4 @@
-"""Run a structure with varied parameters: what is found in the store, what is left, and the progress."""
+"""Run a structure with varied parameters: runs found in the store, runs that are left, and the progress."""
 
 import contextlib
 import math
@@ -110,13 +110,13 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
         if not is_killed and not path.is_file():
             continue
         try:
-            kept = planned_analysis(path) if is_killed else open_analysis(path)
+            stored = planned_analysis(path) if is_killed else open_analysis(path)
         except BlockstructError as error:
             msg = f"{error}; move it away, then run the study again"
             raise StorageError(msg) from error
-        if why := _difference(run, kept, plan):
+        if why := _difference(run, stored, plan):
             others[run.name] = why
-        elif not is_killed and kept.status == "finished":
+        elif not is_killed and stored.status == "finished":
             rows[run.name] = archive.rows(path)
     return rows, others
 

@@ -158,11 +158,11 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
 
 
 def _probabilities(values: Sequence[float], what: str) -> Array:
-    found = np.asarray(values, dtype=float)
-    if found.ndim != 1 or not len(found) or not ((found > 0) & (found < 1)).all():
+    shares = np.asarray(values, dtype=float)
+    if shares.ndim != 1 or not len(shares) or not ((shares > 0) & (shares < 1)).all():
         msg = f"summary: {what} {shown(values)}; give numbers between 0 and 1, as 0.05"
         raise ModelError(msg)
-    return found
+    return shares
 
 
 #: Fractiles of the peak displacement.
@@ -231,7 +231,7 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
         "low": (over, np.where(n > 0, low, 0.0), plain | {"long_name": f"low end of the {confidence:.0%} interval"}),
         "high": (over, np.where(n > 0, high, 1.0), plain | {"long_name": f"high end of the {confidence:.0%} interval"}),
     }
-    found = xr.Dataset(variables, coords={over: data[over], "fractile": list(FRACTILES)})
+    summary = xr.Dataset(variables, coords={over: data[over], "fractile": list(FRACTILES)})
     if "peak_displacement" in data:
         peak = data["peak_displacement"].transpose(over, *rest).to_numpy().reshape(data.sizes[over], -1)
         peak = np.where(falls, np.inf, np.where(counts, peak, np.nan))
@@ -242,5 +242,5 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
             for row in peak
         ]
         attrs = {"units": "meter", "long_name": "fractiles of the peak displacement, infinite where more collapse"}
-        found["peak_displacement"] = ((over, "fractile"), np.array(rows), attrs)
-    return found
+        summary["peak_displacement"] = ((over, "fractile"), np.array(rows), attrs)
+    return summary

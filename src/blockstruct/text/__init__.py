@@ -23,7 +23,7 @@ from blockstruct.text.case import (
     why,
 )
 from blockstruct.text.caveats import caveats
-from blockstruct.text.curve import curve_end
+from blockstruct.text.curve import curve_end, doubtful_part
 from blockstruct.text.joints import EFFECT, biaxial_note, cells_note, effect_note, torsion_note
 from blockstruct.text.masses import pushed_masses
 from blockstruct.text.mechanism import (
@@ -42,7 +42,16 @@ from blockstruct.text.mechanism import (
 )
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import BEYOND, FEW, LISTED, in_g, ratio_text, shown, told_apart
-from blockstruct.text.ties import holding_ties, kilonewton, roller_sentences, tie_sentence, tie_title
+from blockstruct.text.ties import (
+    breaking_clause,
+    holding_ties,
+    kilonewton,
+    least_ties_sentence,
+    more_breaks,
+    roller_sentences,
+    tie_sentence,
+    tie_title,
+)
 
 __all__ = [
     # numbers
@@ -74,6 +83,7 @@ __all__ = [
     "capitalised",
     "certificate_sentence",
     "curve_end",
+    "doubtful_part",
     "no_curve",
     "pushed_masses",
     "pushed_states",
@@ -107,6 +117,9 @@ __all__ = [
     "holding_ties",
     "roller_sentences",
     # ties
+    "breaking_clause",
+    "least_ties_sentence",
+    "more_breaks",
     "kilonewton",
     "tie_sentence",
     "tie_title",

@@ -259,10 +259,12 @@ def pushed_states(states: int, certified: int, reached: float, point: str, direc
         The point or the supports that move, and the direction.
     """
     if states == 1:
-        found = f"1 state was found, {'certified' if certified else 'not certified'},"
+        states_clause = f"1 state was found, {'certified' if certified else 'not certified'},"
     else:
-        found = f"{states} states were found, {'all' if certified == states else certified} of them certified,"
-    return f"Beyond collapse {found} up to a displacement of {1e3 * reached:.4g} mm of {point} along {direction}."
+        states_clause = f"{states} states were found, {'all' if certified == states else certified} of them certified,"
+    return (
+        f"Beyond collapse {states_clause} up to a displacement of {1e3 * reached:.4g} mm of {point} along {direction}."
+    )
 
 
 def no_curve(reason: str) -> str:
@@ -303,9 +305,9 @@ def response_sentences(
     >>> print(*response_sentences(**at, fallen=[], end=8, step=2e-3, steps=4100))
     The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
     """
-    found = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
+    sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
     if fallen:
-        found.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
+        sentences.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
     else:
-        found.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
-    return [*found, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+        sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
+    return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]

@@ -59,22 +59,22 @@ def caveats(
     jammed
         Blocks whose share of the variable load depends on self-stress.
     """
-    found, unbounded = list[tuple[NoteCode, str]](), bound == np.inf
+    notes, unbounded = list[tuple[NoteCode, str]](), bound == np.inf
     if outcome.status is Status.CONVERGED:
         if np.isfinite(outcome.without_crushing):
-            found.append((NoteCode.RAISED_BY_CRUSHING, _RAISED))
+            notes.append((NoteCode.RAISED_BY_CRUSHING, _RAISED))
         elif not outcome.settled:
-            found.append((NoteCode.NOT_SETTLED, _NOT_SETTLED))
+            notes.append((NoteCode.NOT_SETTLED, _NOT_SETTLED))
         if outcome.stands_in:
-            found.append((NoteCode.STANDS_IN, _STANDS_IN))
+            notes.append((NoteCode.STANDS_IN, _STANDS_IN))
         if unbounded:
-            found.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
+            notes.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
     if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
-        found.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
+        notes.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
     change = outcome.other_procedure / outcome.load_factor - 1 if outcome.load_factor else np.nan
     # Jammed without an upper bound, two procedures may agree by chance.
     if jammed and not unbounded and not abs(change) < EFFECT:
-        found.append((NoteCode.JAMMED_PART, _JAMMED_PART))
+        notes.append((NoteCode.JAMMED_PART, _JAMMED_PART))
     claim = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
     effect = "" if unbounded else f" Other procedures may find another {answer.name}."
     if np.isfinite(change):
@@ -82,4 +82,4 @@ def caveats(
         apart = f"{abs(change):.0%} {side}" if abs(change) >= EFFECT else "the same"
         effect = f" Another procedure finds {answer.text(outcome.other_procedure)}, {apart}."
     words = {"answer": answer.name, "claim": claim, "names": listed(jammed, FEW), "effect": effect}
-    return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)
+    return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in notes)

@@ -1,12 +1,18 @@
-"""How a capacity curve ends, or why there is none."""
+"""Sentences on capacity curves: their ends, why they are missing, and doubts."""
 
 from blockstruct.model import MovingCase, Pushover
 from blockstruct.motion import CurveOutcome
-from blockstruct.vocabulary import CurveEnd, listed
+from blockstruct.vocabulary import CurveDoubt, CurveEnd, listed
+
+_OTHER_STEPS = ", so run it with other steps and compare"
+_BEGUN = (
+    ", or friction leaves more than one collapse state, and procedure='loading path' in the settings finds the one "
+    "that loading leads to"
+)
 
 
 def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
-    """Return a clause on the end of a curve, with what to do if there is none.
+    """Return a clause on the end of a curve, with the remedy if it is missing.
 
     Parameters
     ----------
@@ -72,3 +78,48 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
 
 def _shown(direction: tuple[float, ...]) -> str:
     return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
+
+
+def doubtful_part(
+    doubt: CurveDoubt,
+    displacement: tuple[float, float],
+    load_factor: tuple[float, float],
+    missed: float,
+    procedure: str,
+    *,
+    has_ties: bool,
+) -> str:
+    """Return a clause on a part of a capacity curve that may depend on its steps.
+
+    Parameters
+    ----------
+    doubt
+    displacement, load_factor
+        Of the control point, m, and of the states between which the part lies.
+    missed
+        Share of all work so far that the forces miss.
+    procedure
+        Procedure that found the collapse state.
+    has_ties
+        Whether the structure has ties.
+    """
+    before, after = (f"{1e3 * d:.4g} mm" for d in displacement)
+    changes = f"from {load_factor[0]:.4g} to {load_factor[1]:.4g} at a displacement of"
+    match doubt:
+        case CurveDoubt.RISES:
+            tight = ", or ties are pulled tight" if has_ties else ""
+            begun = "" if procedure == "loading path" else _BEGUN
+            return f"the load factor rises {changes} {after}: blocks meet, interlock or jam{tight}{begun}"
+        case CurveDoubt.SLIPS:
+            why = "where units slip and catch a curve depends on its steps"
+            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+        case CurveDoubt.LEAPS:
+            why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
+            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+        case CurveDoubt.MISSES_WORK:
+            work = f"{missed:.1%} of all work is missed in the step from a displacement of {before}"
+            return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
+        case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
+            rock = "rock" if doubt is CurveDoubt.ROCKS else "rock and slide"
+            where = f"up to a displacement of {before}, and {rock} from {after} on"
+            return f"blocks slide {where}: that is known to a step{_OTHER_STEPS}"

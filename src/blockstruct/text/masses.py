@@ -25,7 +25,7 @@ def _of_push(model: Model, case: Case) -> str:
     if not any(isinstance(load, BodyForce) for p in case.patterns for load in p.loads):
         return ""
     free = np.array([not b.fixed for b in model.blocks])
-    own = sum(b.weight for b in model.blocks if not b.fixed)
+    masonry = sum(b.weight for b in model.blocks if not b.fixed)
     carried = carried_weights(model, case.dead)
     names = np.array([_NAMES.get(kind_of(load), "") for load in case.dead.loads], dtype=object)
     parts = []
@@ -35,16 +35,16 @@ def _of_push(model: Model, case: Case) -> str:
         if weight:
             share = "" if pushed == weight else f" (of {kilonewton(weight)})"
             parts.append(f"{kilonewton(pushed)} {name}{share}")
-    text = f"Pushed weight: {' + '.join([f'{kilonewton(own)} masonry', *parts])}."
+    text = f"Pushed weight: {' + '.join([f'{kilonewton(masonry)} masonry', *parts])}."
     on_supports = float(carried.weight[~free[carried.block]].sum())
-    if on_supports > 1e-9 * own:
+    if on_supports > 1e-9 * masonry:
         text += f" Weights of {kilonewton(on_supports)} on supports do nothing."
     if not any(isinstance(load, SelfWeight) for load in case.dead.loads):
         text += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
     applied = applied_loads(model, case.dead)
     massless = np.array([kind_of(load) in ("point_load", "face_load") for load in case.dead.loads])
     down = -float(applied.force[massless[applied.load] & free[applied.block], 2].sum())
-    if down > 1e-9 * max(own, 1.0):
+    if down > 1e-9 * max(masonry, 1.0):
         text += f" Forces of {case.dead.name!r}, {kilonewton(down)} downwards, have no mass and are not pushed."
     return text
 

@@ -1,4 +1,6 @@
-"""Sentences on studies of samples."""
+"""Sentences on studies of samples and of directions."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -24,6 +26,32 @@ def fractile_line(fractile: float, load_factor: float, bounds: tuple[float, floa
     """Return the line on a fractile, with its confidence interval."""
     low, high = map(_number, bounds)
     return f"{fractile:.0%} fractile {_number(load_factor)} ({confidence:.0%} confidence: {low} to {high})"
+
+
+def governing_direction(angle: float, load_factor: float) -> str:
+    """Return the clause on the direction of the lowest load factor, degrees."""
+    return f"governing: {angle:g} deg, load factor {load_factor:.4g}"
+
+
+def least_between_directions(load_factor: float) -> str:
+    """Return the clause on a lower bound in every direction."""
+    return f"no direction between them is below {load_factor:.4g}"
+
+
+def uncovered_directions(gap: float = 0.0, start: float = 0.0, end: float = 0.0) -> str:
+    """Return the clause on directions that no case covers; a wide gap is named with its ends, degrees."""
+    widest = f": none was run for {gap:g} deg, from {start:g} to {end:g} deg" if gap else ""
+    return f"are not covered, and one of them may be lower{widest}"
+
+
+def between_directions(clause: str) -> str:
+    """Return the clause on the directions between those that were run."""
+    return f"directions between them {clause}"
+
+
+def unknown_directions(cases: Sequence[str]) -> str:
+    """Return the clause on directions without a load factor."""
+    return f"no load factor for {', '.join(cases)}; the envelope may be lower there"
 
 
 def _number(value: float, digits: int = 4) -> str:

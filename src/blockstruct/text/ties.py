@@ -5,6 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from blockstruct.text.numbers import LISTED
+from blockstruct.vocabulary import SolverStatus
+
+#: Force of a tie, relative to the sum of all, that counts as zero.
+_ROUNDING = 1e-6
 
 
 def tie_title(name: str, kind: str = "tie") -> str:
@@ -48,6 +52,50 @@ def tie_sentence(
     return f"{text}."
 
 
+def least_ties_sentence(
+    load_factor: float,
+    forces: Mapping[str, float],
+    solver_status: SolverStatus,
+    governing: str,
+    *,
+    is_associative: bool,
+    proven: bool,
+) -> str:
+    """Return the sentence on the ties of least total strength that carry a load factor.
+
+    Parameters
+    ----------
+    load_factor
+    forces
+        Strength of each tie, N; NaN if no strength is enough.
+    solver_status
+        How the program ended.
+    governing
+        ``"load factor"``, ``"dead load"`` or ``"both"``: the requirement that sets the strengths.
+    is_associative, proven
+        Flow of the case, and whether weaker ties are proven to be too weak.
+    """
+    total = sum(forces.values())
+    if np.isnan(total):
+        is_infeasible = solver_status is SolverStatus.INFEASIBLE
+        why = "no strength of these is enough" if is_infeasible else f"the solver ended as {solver_status}"
+        at = ", under the dead load alone" if governing == "dead load" else ""
+        return f"load factor {load_factor:.6g}: none ({', '.join(forces)}: {why}{at})"
+    # The residual force of a tie that is not needed is the solver's rounding.
+    rounded = {name: force if force > _ROUNDING * total else 0.0 for name, force in forces.items()}
+    each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
+    clauses = [f"load factor {load_factor:.6g}: {total / 1e3:.5g} kN in all ({each})"]
+    if not is_associative:
+        clauses.append("with associative flow: without dilatancy these ties may carry less, run the case with them")
+    if governing == "dead load":
+        clauses.append("the dead load alone asks for them")
+    if not proven and governing == "both":
+        clauses.append("not proven, the dead load alone asks for others than the load factor: a smaller sum may do")
+    elif not proven:
+        clauses.append("not proven, the certificate does not hold")
+    return "; ".join(clauses)
+
+
 def kilonewton(force: float) -> str:
     """Return a force in N as text in kN."""
     return f"{force / 1e3:.4g} kN"
@@ -66,6 +114,23 @@ def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
         sentences.append(f"Support {name} holds {held}.")
     more = len(reactions) - LISTED
     return sentences + [f"{more} more such supports have reactions: result.support_reactions."] * (more > 0)
+
+
+def breaking_clause(breaks: Sequence[tuple[str, float, float]], before: float, after: float) -> str:
+    """Return the clause on ties that break together: name, displacement, m, and elongation, m.
+
+    The load factor is ``before`` in the state before, and ``after`` in the state after.
+    """
+    each = [
+        f"{tie_title(str(name))} breaks at a displacement of {at * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
+        for name, at, longer in breaks
+    ]
+    return f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}"
+
+
+def more_breaks(count: int) -> str:
+    """Return the clause on ties that break and are not listed."""
+    return f"{count} more {'tie breaks' if count == 1 else 'ties break'}"
 
 
 def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:

@@ -28,7 +28,7 @@ def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
     progress = Progress(*columns, console=console, transient=True)
     # Do not begin instead of disabling: rich before 14.3 ends a disabled bar with an empty line.
     with progress if drawn else nullcontext():
-        yield [] if quiet else [bar(progress) if drawn else bs.print_lines()]
+        yield [] if quiet else [bar(progress) if drawn else bs.analysis.print_lines()]
 
 
 @contextmanager

@@ -84,10 +84,10 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
 
 def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int64], list[bs.results.MacroBlock]]:
     """Return the macro-block (B,) of each block, −1 at rest, and the moving ones by weight."""
-    found = bs.results.macro_blocks(
+    bodies = bs.results.macro_blocks(
         result.model, bs.results.mechanism(result.history.isel(iteration=[iteration])), dead=result.case.dead
     )
-    moving = [body for body in found if body.moves]
+    moving = [body for body in bodies if body.moves]
     number = {name: k for k, body in enumerate(moving) for name in body.blocks}
     return np.array([number.get(b.name, -1) for b in result.model.blocks], dtype=np.int64), moving
 

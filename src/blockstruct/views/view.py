@@ -169,7 +169,7 @@ def load_arrows(result: bs.CaseResult) -> list[LoadArrows]:
 
     Forces below 2 % of the largest of their pattern are left out, and couples, too.
     """
-    found = []
+    arrows_of = []
     for k, pattern in enumerate(result.case.patterns):
         carried = [load for load in pattern.loads if not isinstance(load, bs.SelfWeight)]
         block, point, force = _acting(bs.LoadPattern(pattern.name, carried), result.model, result.case.dead)
@@ -178,8 +178,8 @@ def load_arrows(result: bs.CaseResult) -> list[LoadArrows]:
             shown = size > SMALL * size.max()
             total = float(np.linalg.norm(force.sum(axis=0)))
             arrows = (block[shown], point[shown], force[shown], float(size.max()), total)
-            found.append(LoadArrows(pattern.name, k > 0, *arrows))
-    return found
+            arrows_of.append(LoadArrows(pattern.name, k > 0, *arrows))
+    return arrows_of
 
 
 def applied(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[Array, Array]:
@@ -193,10 +193,10 @@ def applied(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> t
 
 def _acting(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[NDArray[np.int64], Array, Array]:
     """Return blocks (n,), points (n, 3) and forces (n, 3) of a load pattern on free blocks."""
-    found = bs.results.applied_loads(model, pattern, dead)
+    loads = bs.results.applied_loads(model, pattern, dead)
     free = np.array([not b.fixed for b in model.blocks])
-    acts = free[found.block] & found.force.any(axis=1)
-    return found.block[acts], found.point[acts], found.force[acts]
+    acts = free[loads.block] & loads.force.any(axis=1)
+    return loads.block[acts], loads.point[acts], loads.force[acts]
 
 
 def driving(result: bs.CaseResult) -> tuple[Array, Array]:

@@ -49,15 +49,15 @@ def tie_words(result: bs.CaseResult) -> list[str]:
     """Return a sentence on each tie in the last iteration; none if the solver found no forces."""
     if not (result.model.ties and result.n_iterations):
         return []
-    found = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
-    return bs.results.tie_sentences(result.history) if found else []
+    has_forces = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
+    return bs.results.tie_sentences(result.history) if has_forces else []
 
 
 def roller_words(result: bs.CaseResult) -> list[str]:
     """Return a sentence on each support that holds some motions only; none without forces."""
     rollers = [block for block in result.model.blocks if block.is_roller]
-    found = result.support_reactions.sel(support=[block.name for block in rollers])
-    values = np.hstack([found["force"].to_numpy(), found["moment"].to_numpy()])
+    reactions = result.support_reactions.sel(support=[block.name for block in rollers])
+    values = np.hstack([reactions["force"].to_numpy(), reactions["moment"].to_numpy()])
     if not np.isfinite(values).all():
         return []
     return text.roller_sentences(
@@ -80,7 +80,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
-    clauses += bs.results.doubtful_words(curve, result.settings.procedure)
+    clauses += map(str, bs.results.doubtful_parts(curve, result.settings.procedure))
     sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
     if "tie_force" in curve:

@@ -43,8 +43,8 @@ def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = 
     target = target_with(path, ".json")
     model, index = result.model, chosen_iteration(given_result(result, "write_assembly"), iteration)
     history = result.history.isel(iteration=[index])
-    found = bs.results.mechanism(history)
-    moves = np.hstack([found[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")])
+    mechanism = bs.results.mechanism(history)
+    moves = np.hstack([mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")])
     number = {block.name: k for k, block in enumerate(model.blocks)}
     nodes = {
         str(k): {

@@ -195,8 +195,8 @@ def _quaternions(rotation: Array) -> Array:
     from scipy.spatial.transform import Rotation
 
     T, B = rotation.shape[:2]
-    found = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat().reshape(T, B, 4)
-    turned = np.einsum("tbk,tbk->tb", found[1:], found[:-1]) < 0
+    quaternions = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat().reshape(T, B, 4)
+    turned = np.einsum("tbk,tbk->tb", quaternions[1:], quaternions[:-1]) < 0
     sign = np.where(np.cumsum(turned, axis=0) % 2, -1.0, 1.0)
-    found[1:] *= sign[:, :, None]
-    return np.asarray(found)
+    quaternions[1:] *= sign[:, :, None]
+    return np.asarray(quaternions)

@@ -82,8 +82,8 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
         factor = si(amplitude, "length", "export: amplitude")
     if shares is None:
         shares = (1 - np.cos(np.linspace(0, 2 * np.pi, _FRAMES + 1))) / 2
-    found = result.mechanism
-    twist = [factor * found[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")]
+    mechanism = result.mechanism
+    twist = [factor * mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")]
     moved = [screw_motions(*(share * part for part in twist)) for share in shares]
     time = np.linspace(0, _PERIOD, len(shares))
     return Motion(time, np.array([solids.centroids + t for _, t in moved]), np.array([R for R, _ in moved]))

@@ -21,7 +21,7 @@ def tables(analysis: bs.Analysis) -> dict[str, pd.DataFrame]:
     left out.
     """
     results = [result for result in shown_results(analysis) if result.n_iterations]
-    found = {
+    tables = {
         "cases": pd.DataFrame([_case(result) for result in shown_results(analysis)]).set_index("case"),
         "blocks": _together(results, _blocks),
         "interfaces": _together(results, _interfaces),
@@ -29,7 +29,7 @@ def tables(analysis: bs.Analysis) -> dict[str, pd.DataFrame]:
         "pushover": _together(results, _pushover),
         "ties": _together(results, lambda result: result.ties),
     }
-    return {name: table for name, table in found.items() if len(table)}
+    return {name: table for name, table in tables.items() if len(table)}
 
 
 def write_tables(analysis: bs.Analysis, path: str | Path) -> Path:
@@ -97,7 +97,7 @@ def _pushover(result: bs.CaseResult) -> pd.DataFrame:
 
 
 def _blocks(result: bs.CaseResult) -> pd.DataFrame:
-    found, blocks = result.mechanism, result.model.blocks
+    motion, blocks = result.mechanism, result.model.blocks
     centroid = np.array([b.centroid for b in blocks])
     columns = {
         "material": [b.material.name for b in blocks],
@@ -110,7 +110,7 @@ def _blocks(result: bs.CaseResult) -> pd.DataFrame:
         columns[f"{axis} [meter]"] = centroid[:, k].tolist()
     for name, label in (("translation", "translation {}"), ("rotation", "rotation {} [radian / meter]")):
         for axis in "xyz":
-            columns[label.format(axis)] = found[name].sel(axis=axis).to_numpy().tolist()
+            columns[label.format(axis)] = motion[name].sel(axis=axis).to_numpy().tolist()
     return pd.DataFrame(columns, index=pd.Index([b.name for b in blocks], name="block"))
 
 

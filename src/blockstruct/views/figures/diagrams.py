@@ -60,8 +60,8 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
         height, number = scale * answer.factor * bound, answer.text(bound)
         ax.axhline(height, color="0.35", lw=1, ls="--", label=f"associative bound {number}", zorder=0)
     if result.status is bs.Status.CONVERGED:
-        found = result.load_factor
-        height, number = scale * answer.factor * found, f"{answer.symbol} = {answer.text(found)}"
+        alpha = result.load_factor
+        height, number = scale * answer.factor * alpha, f"{answer.symbol} = {answer.text(alpha)}"
         ax.axhline(height, color=FORCE, lw=1, ls=":", label=f"certified, {number}", zorder=0)
     _iterations(ax, result)
     ax.set_ylabel(f"{answer.name} {answer.symbol} [{unit}]")
@@ -204,9 +204,9 @@ def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None
     axes.plot(ray, ray * (2 * np.pi / T) ** 2, color="0.6", lw=0.8, label=f"T = {T:.3g} s")
     axes.plot(state.demand, state.demand * (2 * np.pi / T) ** 2, "o", color=FORCE, ms=5)
     for name, marker in (("SLV", "o"), ("SLC", "s")):
-        found = check.limit_states.get(f"{name}, by displacement")
-        if found is not None:
-            d = found.capacity
+        other = check.limit_states.get(f"{name}, by displacement")
+        if other is not None:
+            d = other.capacity
             axes.plot(d, curve.at(d), marker, color=ACCENT, ms=5, label=f"{name}: d = {d:.3g} m")
     axes.axvline(state.capacity, color=ACCENT, lw=0.8, ls=":")
     axes.axvline(state.demand, color=FORCE, lw=0.8, ls=":")

@@ -56,23 +56,23 @@ def crushing_domain(
     if about not in ("s", "t"):
         msg = f"crushing_domain: about {about!r}; give 's' or 't', an axis of the interface"
         raise bs.errors.ModelError(msg)
-    found = model.interfaces[k]
-    strength, tension = found.joint_material.compressive_strength, found.joint_material.tensile_strength
+    joint = model.interfaces[k]
+    strength, tension = joint.joint_material.compressive_strength, joint.joint_material.tensile_strength
     if not np.isfinite(strength):
         msg = (
-            f"interface {interface!r}: its joint material {found.joint_material.name!r} has no compressive strength, "
+            f"interface {interface!r}: its joint material {joint.joint_material.name!r} has no compressive strength, "
             "so there is no crushing domain; give the JointMaterial one, or choose another interface"
         )
         raise bs.errors.ModelError(msg)
 
     frame = result.history["interface_frame"].to_numpy()[k]
-    plane = (np.asarray(found.polygon) - found.centroid) @ frame[1:].T
+    plane = (np.asarray(joint.polygon) - joint.centroid) @ frame[1:].T
     # A pressure p at (s, t) has the moments t p about s and −s p about t.
     plane = plane if about == "s" else plane[:, ::-1] * (1, -1)
     # The tensile strength acts on the whole area, without a moment, and both strengths together beyond the neutral
     # axis.
     N, M = stress_blocks(plane, strength + tension)
-    N = N - tension * found.area
+    N = N - tension * joint.area
     resultants = result.resultants.isel(interface=k)
     force = resultants["force"].sel(component="n").to_numpy()[: last + 1]
     moment = resultants["moment"].sel(component=about).to_numpy()[: last + 1]

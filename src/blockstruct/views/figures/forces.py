@@ -118,9 +118,9 @@ def _thrust_segments(model: bs.Model, points: Array) -> Array:
     ends = np.array([(number[model.interfaces[i].minus], number[model.interfaces[i].plus]) for i in pressed])
     blocks, interfaces = ends.T.ravel(), np.tile(pressed, 2)
     order = np.argsort(blocks, kind="stable")
-    found, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
+    block_of, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
     # A support may be pressed at several places without thrust between them.
-    first = starts[(counts == 2) & ~fixed[found]]
+    first = starts[(counts == 2) & ~fixed[block_of]]
     pairs = np.stack([interfaces[order][first], interfaces[order][first + 1]], axis=1)
     return np.asarray(points[pairs])
 

@@ -62,14 +62,14 @@ def mechanism(
         raise bs.errors.ModelError(msg)
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     model, solids = result.model, Solids.of(result.model)
-    given = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
+    length = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
     displacement = solids.displacement(result, index)
     if not np.isfinite(displacement).all():
         msg = (
             f"case {result.name!r}: no mechanism in iteration {index}, {result.status.words}; choose another iteration"
         )
         raise bs.errors.ModelError(msg)
-    factor = AMPLITUDE * solids.size * solids.drawn_share(displacement) if given is None else given
+    factor = AMPLITUDE * solids.size * solids.drawn_share(displacement) if length is None else length
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)
     canvas.ghost(model, solids)

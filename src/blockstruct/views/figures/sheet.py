@@ -68,13 +68,13 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if not result.n_iterations:
         return []
     last = result.history.isel(iteration=[-1])
-    found: list[Drawing] = []
+    drawings: list[Drawing] = []
 
     def add(name: str, caption: str, draw: Callable[..., Axes], **options: Any) -> None:
         of_structure = draw in (mechanism, loads, structure, forces)
         options |= {"look": look} if of_structure else {}
         size = _STRUCTURE if of_structure else _DIAGRAM
-        found.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
+        drawings.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
 
     if np.isfinite(last["block_velocity"]).all():
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism)
@@ -102,7 +102,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         every = f"{result.answer.name.capitalize()} of every iteration: numerical steps{steps}"
         add("convergence", every, convergence)
         add("certificate", "Certificate of every iteration, with its tolerances", certificate)
-    return found
+    return drawings
 
 
 def overview(analysis: bs.Analysis) -> list[Drawing]:

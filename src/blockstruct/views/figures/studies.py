@@ -40,41 +40,41 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     ModelError
         If the analysis has no directions, or the Axes are not polar.
     """
-    found = bs.studies.Directions.of(around) if isinstance(around, bs.Analysis) else around
+    directions = bs.studies.Directions.of(around) if isinstance(around, bs.Analysis) else around
     if ax is None:
         ax = plt.figure(layout="constrained").add_subplot(projection="polar")
     if ax.name != "polar":
         msg = f"compass: Axes of projection {ax.name!r}; give polar ones, add_subplot(projection='polar')"
         raise bs.errors.ModelError(msg)
-    angle = np.radians(found.data["direction"].to_numpy())
-    alpha = found.data["load_factor"].to_numpy()
+    angle = np.radians(directions.data["direction"].to_numpy())
+    alpha = directions.data["load_factor"].to_numpy()
     drawn = np.where(np.isfinite(alpha), alpha, np.nan)
     colour = plt.rcParams["axes.prop_cycle"].by_key()["color"][len(ax.get_lines()) % 10] if ax.get_lines() else ACCENT
     # A direction without a load factor leaves a gap in the line.
-    joined = "-" if found.is_convex else "none"
+    joined = "-" if directions.is_convex else "none"
     # The line does not cross half a turn without directions.
-    wide = np.flatnonzero(found.half_turns) + 1
+    wide = np.flatnonzero(directions.half_turns) + 1
     turn = np.insert(np.append(angle, angle[0] + 2 * math.pi), wide, np.nan)
     ends = np.insert(np.append(drawn, drawn[0]), wide, np.nan)
     ax.plot(turn, ends, marker="o", ls=joined, color=colour, ms=4, lw=1.2, label=label)
-    hollow = np.isfinite(drawn) & ~found.data["settled"].to_numpy()
+    hollow = np.isfinite(drawn) & ~directions.data["settled"].to_numpy()
     if hollow.any():
         ax.scatter(angle[hollow], drawn[hollow], s=16, facecolors="white", edgecolors=colour, zorder=3)
-    if not math.isnan(found.load_factor) and math.isfinite(found.load_factor):
-        at = math.radians(found.governing_direction)
+    if not math.isnan(directions.load_factor) and math.isfinite(directions.load_factor):
+        at = math.radians(directions.governing_direction)
         style = {"arrowstyle": "-|>", "color": FORCE, "lw": 1.5, "shrinkA": 0, "shrinkB": 3}
-        ax.annotate("", (at, found.load_factor), (0, 0), arrowprops=style)
+        ax.annotate("", (at, directions.load_factor), (0, 0), arrowprops=style)
     most = np.nanmax(drawn, initial=0.0)
     ax.set_rlim(0, max(1.08 * most, ax.get_ylim()[1] if len(ax.get_lines()) > 1 else 0.0) or 1.0)
     ax.yaxis.set_major_locator(MaxNLocator(4))
     ax.set_rlabel_position(22.5)
     ax.set_xticks(np.radians(np.arange(0, 360, 45)), ["+x", "45°", "+y", "135°", "−x", "225°", "−y", "315°"])
     ax.tick_params(labelsize="small")
-    governing = f"α = {found.load_factor:.4g} at {found.governing_direction:g}°"
-    missing = f", {len(found.without_load_factor)} not known" if found.without_load_factor else ""
-    lines = [("no load factor" if math.isnan(found.load_factor) else governing) + missing]
+    governing = f"α = {directions.load_factor:.4g} at {directions.governing_direction:g}°"
+    missing = f", {len(directions.without_load_factor)} not known" if directions.without_load_factor else ""
+    lines = [("no load factor" if math.isnan(directions.load_factor) else governing) + missing]
     lines += ["hollow: NOT SETTLED"] if hollow.any() else []
-    lines += ["directions between the points are not covered"] if found.uncovered else []
+    lines += [] if directions.is_covered else ["directions between the points are not covered"]
     ax.set_title("\n".join(lines), fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
@@ -154,25 +154,25 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
         msg = f"distribution: no case {case!r}; the study has {', '.join(map(repr, names))}"
         raise bs.errors.UnknownNameError(msg)
     chosen = data.sel(case=[case or names[0]])
-    found = bs.studies.summary(chosen, confidence=confidence).isel(case=0)
+    summary = bs.studies.summary(chosen, confidence=confidence).isel(case=0)
     status = chosen["status"].to_numpy().ravel()
     values = np.sort(chosen["load_factor"].to_numpy().ravel()[status == bs.Status.CONVERGED])
-    known = len(status) - int(found["unknown"])
-    below = (np.arange(len(values)) + 1 + int(found["unstable"])) / max(known, 1)
+    known = len(status) - int(summary["unknown"])
+    below = (np.arange(len(values)) + 1 + int(summary["unstable"])) / max(known, 1)
     ax = new_axes(ax)
     ax.step(values, below, where="post", color=ACCENT, lw=1.2, label="runs")
     ends = values[[0, -1]] if len(values) else np.array([0.0, 1.0])
-    low, high = (found[name].to_numpy() for name in ("lower", "upper"))
+    low, high = (summary[name].to_numpy() for name in ("lower", "upper"))
     label = f"{confidence:.0%} confidence of the fractile"
-    ax.hlines(found["fractile"], np.clip(low, *ends), np.clip(high, *ends), color=FORCE, lw=3, label=label)
+    ax.hlines(summary["fractile"], np.clip(low, *ends), np.clip(high, *ends), color=FORCE, lw=3, label=label)
     for bound, marker, end in ((low, "<", ends[0]), (high, ">", ends[1])):
         # An arrow shows that there are too few runs for a bound.
-        open_ended = found["fractile"].to_numpy()[np.isinf(bound)]
+        open_ended = summary["fractile"].to_numpy()[np.isinf(bound)]
         ax.plot(np.full(len(open_ended), end), open_ended, marker, color=FORCE, ms=8, clip_on=False)
-    ax.plot(found["load_factor"], found["fractile"], "o", color=FORCE, ms=5)
+    ax.plot(summary["load_factor"], summary["fractile"], "o", color=FORCE, ms=5)
     ax.axhline(1, color=GHOST, lw=0.8, zorder=0)
     ax.set(xlabel="load factor α [-]", ylabel="share of runs below [-]", ylim=(0, 1.02))
-    if lines := out_of_the_ordinary(found):
+    if lines := out_of_the_ordinary(summary):
         ax.set_title("\n".join(lines), fontsize="small", loc="left", pad=22)
     legend_above(ax)
     return ax

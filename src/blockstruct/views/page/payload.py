@@ -148,11 +148,11 @@ def _ties(model: bs.Model, origin: Array) -> dict[str, Any]:
 def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     """Return the load factor, of the run as given in a spread, and the sentences below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
-    given = result if spread is None else spread.given
-    below = [] if result is given else [status_words(given)]
+    plain = result if spread is None else spread.given
+    below = [] if result is plain else [status_words(plain)]
     below += [] if spread is None else [spread_words(spread)]
-    below += [range_words(result), warning_words(given), admissible_words(result)]
-    return {"number": given.headline.number, "below": [text for text in below if text]}
+    below += [range_words(result), warning_words(plain), admissible_words(result)]
+    return {"number": plain.headline.number, "below": [text for text in below if text]}
 
 
 def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: Array) -> dict[str, Any]:
@@ -232,8 +232,8 @@ def _arrows(result: bs.CaseResult, origin: Array) -> list[dict[str, Any]]:
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:
-    found = bs.results.utilisation(history)
-    return {kind: _packed(found[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
+    used = bs.results.utilisation(history)
+    return {kind: _packed(used[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
 
 
 def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:

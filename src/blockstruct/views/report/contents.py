@@ -146,8 +146,8 @@ def _tie(tie: Any) -> list[str]:
         _vector(end, "m") if kind == "bonded_bar" else f"{end[0]} at {_vector(end[1], 'm')}"
         for end in (tie.start, tie.end)
     ]
-    given = bs.ties.given_quantities(tie).items()
-    texts = [f"{name.replace('_', ' ')} {_of_tie(value, bs.ties.TIE_QUANTITIES[name])}" for name, value in given]
+    quantities = bs.ties.given_quantities(tie).items()
+    texts = [f"{name.replace('_', ' ')} {_of_tie(value, bs.ties.TIE_QUANTITIES[name])}" for name, value in quantities]
     return [
         tie.name,
         kind.replace("_", " "),
@@ -178,8 +178,8 @@ def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
     patterns = {p.name: (p, r) for r in results for p in r.case.patterns}
     listed = {}
     for name, (pattern, r) in patterns.items():
-        found = bs.results.applied_loads(r.model, pattern, r.case.dead)
-        down = -np.bincount(found.load, found.force[:, 2], minlength=len(pattern.loads))
+        loads = bs.results.applied_loads(r.model, pattern, r.case.dead)
+        down = -np.bincount(loads.load, loads.force[:, 2], minlength=len(pattern.loads))
         rest = len(pattern.loads) - _LISTED
         shown = [
             _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "") + _mass(load)
@@ -276,7 +276,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
 
 
 def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
-    given = spread.given.settings.flat
+    settings = spread.given.settings.flat
     return {
         "name": name,
         "words": spread_words(spread),
@@ -287,7 +287,7 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
                 "settings": ", ".join(
                     f"{what.replace('_', ' ')} {value}"
                     for what, value in r.settings.flat.items()
-                    if value != given[what]
+                    if value != settings[what]
                 ),
                 "holds": "none" if r.certificate is None else "holds" if r.certificate.holds else "does not hold",
             }
@@ -360,13 +360,13 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     report = model.detection
     if report is None:
         return [("interfaces", ["given to the model without a report of their detection"])]
-    found = [c for c in report.contacts if not c.reason]
+    accepted = [c for c in report.contacts if not c.reason]
     lying = ", ".join(f"{area:.4g} m² {lie} joints" for lie, area in report.area_by_orientation.items())
     rows = [
         ("tolerances", [str(report.tolerances)]),
-        ("accepted", [f"{counted(len(found), 'interface')}, {lying}", report.largest_misfit]),
+        ("accepted", [f"{counted(len(accepted), 'interface')}, {lying}", report.largest_misfit]),
     ]
-    by_hand = {i.name for i in model.interfaces} - {c.interface for c in found if not math.isnan(c.gap)}
+    by_hand = {i.name for i in model.interfaces} - {c.interface for c in accepted if not math.isnan(c.gap)}
     if by_hand:
         rows.append(("given, not measured", _listed(sorted(by_hand))))
     why = Counter("blocks between" if c.is_hidden else c.reason for c in report.rejected)

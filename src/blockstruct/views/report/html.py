@@ -1,7 +1,9 @@
 """The report as text and as a file."""
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from traceback import extract_tb
@@ -85,7 +87,7 @@ class _Environment(ImmutableSandboxedEnvironment):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._rounds = 0
+        self._rounds, self.most_rounds = 0, float(_MOST_ROUNDS)
         self.filters["counted"] = self._counted
 
     def call(self, *args: Any, **keywords: Any) -> Any:
@@ -100,9 +102,41 @@ class _Environment(ImmutableSandboxedEnvironment):
 
     def _count(self) -> None:
         self._rounds += 1
-        if self._rounds > _MOST_ROUNDS:
+        if self._rounds > self.most_rounds:
             msg = f"more than {_MOST_ROUNDS} rounds of loops and calls of functions"
             raise SecurityError(msg)
+
+
+def _environment(template: Path | None = None) -> _Environment:
+    """Return the sandbox of a template, which sees the report, itself and the standard template."""
+
+    def source(wanted: str) -> tuple[str, str, None] | None:
+        if template is not None and wanted == template.name:
+            return read_file(template, "a template", _MOST_BYTES).decode("utf-8"), wanted, None
+        if wanted == _OWN:
+            return files(__package__).joinpath(_OWN).read_text(encoding="utf-8"), _OWN, None
+        return None
+
+    environment = _Environment(
+        loader=jinja2.FunctionLoader(source),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals["counted"] = counted
+    environment.filters["css_text"] = _css_text
+    environment.filters["formula"] = _formula
+    environment.filters["sentence"] = _sentence
+    return environment
+
+
+@cache
+def _standard() -> jinja2.Template:
+    """Return the standard template, compiled once; its rounds are those of the report, and have no limit."""
+    environment = _environment()
+    environment.most_rounds = math.inf
+    return environment.get_template(_OWN)
 
 
 def report_html(
@@ -145,33 +179,14 @@ def report_html(
             msg = f"{template}: this is the name of the standard template; rename the file"
             raise bs.errors.StorageError(msg)
 
-    def source(wanted: str) -> tuple[str, str, None] | None:
-        if template is not None and wanted == name:
-            return read_file(Path(template), "a template", _MOST_BYTES).decode("utf-8"), name, None
-        if wanted == _OWN:
-            return files(__package__).joinpath(_OWN).read_text(encoding="utf-8"), _OWN, None
-        return None
-
-    # A template may be untrusted: it sees the report, itself and the standard template, and its work is limited.
-    environment = _Environment(
-        loader=jinja2.FunctionLoader(source),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals["counted"] = counted
-    environment.filters["css_text"] = _css_text
-    environment.filters["formula"] = _formula
-    environment.filters["sentence"] = _sentence
     if not isinstance(project, Mapping):
         msg = f"report: project {bs.errors.shown(project)}; give names and texts, as in {{'client': '…'}}"
         raise bs.errors.ModelError(msg)
     names = contents(analysis, project, checks, unit_sizes)
     if template is None:
-        return environment.get_template(name).render(names)
+        return _standard().render(names)
     try:
-        return environment.get_template(name).render(names)
+        return _environment(Path(template)).get_template(name).render(names)
     except Exception as error:  # expressions in a template may raise anything
         line = _line(error, name)
         where = f", line {line}" if line else ""

@@ -185,7 +185,7 @@ def curve_sentences(
     for name in names[:_LISTED]:
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
-        doubts = bs.results.doubtful_words(curve, procedure)
+        doubts = [str(part) for part in bs.results.doubtful_parts(curve, procedure)]
         clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
         if doubts:
             clauses += [] if has_doubt_note and name == relied_on else doubts[:1]

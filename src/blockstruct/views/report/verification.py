@@ -44,7 +44,7 @@ def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, C
     runs = {name: name for name in analysis.headlines}
     for case, spread in analysis.spreads.items():
         runs |= dict.fromkeys((r.name for r in spread.results.values()), case)
-    found: dict[tuple[str, str], Check] = {}
+    checks_by_name: dict[tuple[str, str], Check] = {}
     for check in given:
         name = check.result.name
         if check.result.model.hash != analysis.model.hash or name not in runs:
@@ -62,8 +62,8 @@ def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, C
             )
             raise bs.errors.ModelError(msg)
         # Of two checks that print the same, keep one, whichever was made first.
-        found.setdefault((runs[name], str(check)), check)
-    return [(case, check) for (case, _), check in found.items()]
+        checks_by_name.setdefault((runs[name], str(check)), check)
+    return [(case, check) for (case, _), check in checks_by_name.items()]
 
 
 def undemanded(analysis: bs.Analysis) -> str:
