@@ -29,7 +29,7 @@ def with_effects(result: CaseResult) -> CaseResult:
     if "biaxial_crushing" in wanted:
         exact = replace(result.settings, crushing="conic", crushing_interaction="biaxial")
         facts["biaxial_crushing"] = _load_factor(result.model, result, exact)
-    if "other_procedure" in result.wanted_effects:
+    if "other_procedure" in wanted:
         other = "fictitious" if result.settings.procedure == "loading path" else "loading path"
         facts["other_procedure"] = _load_factor(result.model, result, replace(result.settings, procedure=other))
     return result.changed(outcome=replace(result.outcome, **facts)) if facts else result
