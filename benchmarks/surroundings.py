@@ -1,7 +1,8 @@
 """Cost of what surrounds the solver: detection, model checks, storage, the console and Monte Carlo studies.
 
 Prints one table: each measured time, its limit, and whether it is within. Times of one process are processor seconds,
-the least of several. Run it with ``make bench``.
+the least of several. Run it with ``make bench``. ``--only large`` follows a wall of 10,000 blocks to collapse, which
+takes long, and prints its time and the peak memory.
 """
 
 import argparse
@@ -150,12 +151,27 @@ def monte_carlo(folder: Path, runs: int, sample: int) -> None:
     row("  its processor time over that of the bare solves", work / bare, 1.2, "times")
 
 
+def large(columns: int, rows: int) -> None:
+    """A wall that is followed to collapse: time, memory, and whether its load factor is certified and settled."""
+    model, start = model_of(wall(columns, rows)), process_time()
+    result = bs.AnalysisManager(model).run([CASE])["push"]
+    what = f"run of {len(model.blocks)} blocks along the path: load factor {result.load_factor:.4f}"
+    row(
+        f"{what}, {result.status}, {'settled' if result.settled else 'not settled'}",
+        process_time() - start,
+        np.inf,
+        "s",
+    )
+    row("  peak memory", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, 4, "GB")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--domes", default="6x10,12x20,40x125", help="courses x units of domes")
     parser.add_argument("--runs", type=int, default=1000, help="runs of the study on two workers")
     parser.add_argument("--sample", type=int, default=40, help="runs of the study in this process")
-    parser.add_argument("--only", default="", help="one part: vaults, run, command or study")
+    parser.add_argument("--large", default="100x100", help="columns x rows of the wall of --only large")
+    parser.add_argument("--only", default="", help="one part: vaults, run, command, study or large")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -170,6 +186,8 @@ def main() -> None:
         for part, measure in parts.items():
             if given.only in ("", part):
                 measure()
+        if given.only == "large":
+            large(*map(int, given.large.split("x")))
 
 
 if __name__ == "__main__":
