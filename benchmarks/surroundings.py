@@ -1,8 +1,7 @@
 """Cost of what surrounds the solver: detection, model checks, storage, the console and Monte Carlo studies.
 
 Prints one table: each measured time, its limit, and whether it is within. Times of one process are processor seconds,
-the least of several. Run it with ``make bench``. ``--only large`` follows a wall of 10,000 blocks to collapse, which
-takes long, and prints its time and the peak memory.
+the least of several. Run it with ``make bench``.
 """
 
 import argparse
@@ -151,18 +150,13 @@ def monte_carlo(folder: Path, runs: int, sample: int) -> None:
     row("  its processor time over that of the bare solves", work / bare, 1.2, "times")
 
 
-def large(columns: int, rows: int) -> None:
-    """A wall that is followed to collapse: time, memory, and whether its load factor is certified and settled."""
+def large(columns: int, rows: int, flow: str) -> None:
+    """A large wall: time, peak memory, and whether its load factor is certified and settled."""
     model, start = model_of(wall(columns, rows)), process_time()
-    result = bs.AnalysisManager(model).run([CASE])["push"]
-    what = f"run of {len(model.blocks)} blocks along the path: load factor {result.load_factor:.4f}"
-    row(
-        f"{what}, {result.status}, {'settled' if result.settled else 'not settled'}",
-        process_time() - start,
-        np.inf,
-        "s",
-    )
-    row("  peak memory", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, 4, "GB")
+    result = bs.AnalysisManager(model).run([CASE.renamed("push", bs.Flow(flow))])["push"]
+    row(f"run of {len(model.blocks)} blocks, {flow}", process_time() - start, np.inf, "s")
+    found = f"load factor {result.load_factor:.4f}, {result.status}, {'settled' if result.settled else 'not settled'}"
+    row(f"  {found}; peak memory", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, 4, "GB")
 
 
 def main() -> None:
@@ -170,7 +164,8 @@ def main() -> None:
     parser.add_argument("--domes", default="6x10,12x20,40x125", help="courses x units of domes")
     parser.add_argument("--runs", type=int, default=1000, help="runs of the study on two workers")
     parser.add_argument("--sample", type=int, default=40, help="runs of the study in this process")
-    parser.add_argument("--large", default="100x100", help="columns x rows of the wall of --only large")
+    parser.add_argument("--large", default="100x100", help="columns x rows of a large wall")
+    parser.add_argument("--flow", default="associative", help="of the large wall")
     parser.add_argument("--only", default="", help="one part: vaults, run, command, study or large")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -180,14 +175,13 @@ def main() -> None:
             "vaults": lambda: vaults(sizes),
             "run": lambda: one_run(folder),
             "command": command,
+            "large": lambda: large(*map(int, given.large.split("x")), given.flow),
             "study": lambda: monte_carlo(folder, given.runs, given.sample),
         }
         print(f"{'':<70}{'measured':>14} {'limit':>12}")
         for part, measure in parts.items():
             if given.only in ("", part):
                 measure()
-        if given.only == "large":
-            large(*map(int, given.large.split("x")))
 
 
 if __name__ == "__main__":

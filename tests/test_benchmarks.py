@@ -22,7 +22,9 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
             "one contact force of one iteration",
             marks=pytest.mark.slow,
         ),
-        pytest.param("surroundings", "--domes 2x4 --runs 2 --sample 2", "on 2 workers", marks=pytest.mark.slow),
+        pytest.param(
+            "surroundings", "--domes 2x4 --large 3x3 --runs 2 --sample 2", "on 2 workers", marks=pytest.mark.slow
+        ),
         pytest.param("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast", marks=pytest.mark.slow),
     ],
 )
