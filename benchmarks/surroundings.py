@@ -150,12 +150,23 @@ def monte_carlo(folder: Path, runs: int, sample: int) -> None:
     row("  its processor time over that of the bare solves", work / bare, 1.2, "times")
 
 
+def large(columns: int, rows: int, flow: str) -> None:
+    """A large wall: time, peak memory, and whether its load factor is certified and settled."""
+    model, start = model_of(wall(columns, rows)), process_time()
+    result = bs.AnalysisManager(model).run([CASE.renamed("push", bs.Flow(flow))])["push"]
+    row(f"run of {len(model.blocks)} blocks, {flow}", process_time() - start, np.inf, "s")
+    found = f"load factor {result.load_factor:.4f}, {result.status}, {'settled' if result.settled else 'not settled'}"
+    row(f"  {found}; peak memory", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, 4, "GB")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--domes", default="6x10,12x20,40x125", help="courses x units of domes")
     parser.add_argument("--runs", type=int, default=1000, help="runs of the study on two workers")
     parser.add_argument("--sample", type=int, default=40, help="runs of the study in this process")
-    parser.add_argument("--only", default="", help="one part: vaults, run, command or study")
+    parser.add_argument("--large", default="100x100", help="columns x rows of a large wall")
+    parser.add_argument("--flow", default="associative", help="of the large wall")
+    parser.add_argument("--only", default="", help="one part: vaults, run, command, study or large")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -164,6 +175,7 @@ def main() -> None:
             "vaults": lambda: vaults(sizes),
             "run": lambda: one_run(folder),
             "command": command,
+            "large": lambda: large(*map(int, given.large.split("x")), given.flow),
             "study": lambda: monte_carlo(folder, given.runs, given.sample),
         }
         print(f"{'':<70}{'measured':>14} {'limit':>12}")

@@ -150,3 +150,19 @@ def test_a_file_that_netcdf_reads_short_is_written_anew(how, call, tmp_path):
         "sliding": True,
     }
     check_netcdf(path, *stored(path))
+
+
+def test_models_that_differ_in_numbers_share_an_image_and_no_number(tmp_path):
+    """The part of a file for its model is made from that of the last file, if only numbers differ."""
+    bar, path = block_on_a_bar(), tmp_path / "bar.h5"
+    cases = [bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), flow="associative")]
+    joints = [
+        bs.JointMaterial("lime", mu, torsion=torsion) for torsion in bs.vocabulary.Torsion for mu in (0.2, 0.5, 0.2)
+    ]
+    for joint in joints:
+        model = bs.Model("bar", bar.blocks, bs.detect_interfaces(bar.blocks, joint), ties=bar.ties)
+        bs.run(model, cases, path)
+        assert bs.check_file(path)
+        assert bs.open_analysis(path).model.joint_materials["lime"] == joint
+        with netCDF4.Dataset(path) as file:
+            assert file["model/friction_coefficient"][:].tolist() == [joint.friction_coefficient]

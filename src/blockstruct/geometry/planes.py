@@ -3,21 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry.polygon import next_corners
+from blockstruct.geometry.polygon import cross, next_corners
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Face = tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Planes:
-    """Mean planes of faces, and the corners of all faces, one face after the other.
+class Corners(NamedTuple):
+    """The corners of all faces of a body, one face after the other.
 
     Attributes
     ----------
@@ -27,8 +26,33 @@ class Planes:
         Face of each corner.
     following : (k,) array
         Next corner of the same face.
-    start : (f,) array
-        First corner of each face.
+    start, sides : (f,) array
+        First corner of each face, and the number of its corners.
+    """
+
+    corner: Index
+    face: Index
+    following: Index
+    start: Index
+    sides: Index
+
+    @classmethod
+    def of(cls, faces: Sequence[Face]) -> Self:
+        """Return the corners of faces, at least one."""
+        count = np.array([len(f) for f in faces])
+        corner = np.fromiter(chain.from_iterable(faces), dtype=np.int64, count=int(count.sum()))
+        start = np.cumsum(count) - count
+        return cls(corner, np.repeat(np.arange(len(faces)), count), next_corners(start, count), start, count)
+
+
+@dataclass(frozen=True, slots=True)
+class Planes:
+    """Mean planes of faces.
+
+    Attributes
+    ----------
+    corners : Corners
+        Of all faces.
     centre : (f, 3) array
         Mean of the corners.
     area : (f,) array
@@ -40,10 +64,7 @@ class Planes:
         Largest distance of a corner from the plane.
     """
 
-    corner: Index
-    face: Index
-    following: Index
-    start: Index
+    corners: Corners
     centre: Array
     area: Array
     normal: Array
@@ -51,24 +72,18 @@ class Planes:
     deviation: Array
 
     @classmethod
-    def of(cls, vertices: Array, faces: Sequence[Face]) -> Self:
-        """Return the planes of faces (at least one) with vertices (n, 3)."""
-        count = np.array([len(f) for f in faces])
-        corner = np.fromiter(chain.from_iterable(faces), dtype=np.int64, count=int(count.sum()))
-        start = np.cumsum(count) - count
-        face = np.repeat(np.arange(len(faces)), count)
-        following = next_corners(start, count)
+    def of(cls, vertices: Array, faces: Sequence[Face], corners: Corners | None = None) -> Self:
+        """Return the planes of faces (at least one) with vertices (n, 3); the corners of the faces may be at hand."""
+        corners = corners or Corners.of(faces)
+        corner, face, following, start, count = corners
         points = vertices[corner]
         centre = np.add.reduceat(points, start) / count[:, None]
         arms = points - centre[face]
-        vector = np.add.reduceat(np.cross(arms, arms[following]) / 2, start)
+        vector = np.add.reduceat(cross(arms, arms[following]) / 2, start)
         area = np.linalg.norm(vector, axis=1)
         normal = vector / np.where(area > 0, area, 1.0)[:, None]
         return cls(
-            corner=corner,
-            face=face,
-            following=following,
-            start=start,
+            corners=corners,
             centre=centre,
             area=area,
             normal=normal,

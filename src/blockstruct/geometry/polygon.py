@@ -14,6 +14,13 @@ Index = NDArray[np.int64]
 #: Number of Newton steps for the shares of corners, and smallest fraction of a step. On 19,000 random outlines the
 #: centroid is within 2e-9 of the extent after 10 steps.
 _LEVELLING = 12
+#: Components that follow each component, and the next ones.
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return the vector products of vectors (k, 3): those of ``np.cross``, in a sixth of its time for a few."""
+    return np.asarray(a.take(_NEXT, 1) * b.take(_LAST, 1) - a.take(_LAST, 1) * b.take(_NEXT, 1))
 
 
 def plane_axes(n: Array) -> tuple[Array, Array]:
@@ -39,14 +46,13 @@ def polygon_area(points: Array) -> tuple[float, Array, Array]:
     origin = points.mean(axis=0)
     a = points - origin
     b = np.concatenate([a[1:], a[:1]])
-    # Written out because np.cross takes longer than the rest of an interface.
-    cross = (a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]) / 2
-    vector = cross.sum(axis=0)
+    parts = cross(a, b) / 2
+    vector = parts.sum(axis=0)
     area = float(np.linalg.norm(vector))
     if area == 0.0:
         return 0.0, origin, np.zeros(3)
     normal = vector / area
-    centroid = origin + ((cross @ normal) @ (a + b)) / (3 * area)
+    centroid = origin + ((parts @ normal) @ (a + b)) / (3 * area)
     return area, centroid, normal
 
 
@@ -77,7 +83,7 @@ def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Arr
     previous[following] = np.arange(len(points))
 
     arms = points - centroids[polygon]
-    signed = np.einsum("ij,ij->i", np.cross(arms, arms[following]), normals[polygon]) / 2
+    signed = np.einsum("ij,ij->i", cross(arms, arms[following]), normals[polygon]) / 2
     triangles = np.abs(signed)
     areas, sizes = np.add.reduceat(signed, starts), np.add.reduceat(triangles, starts)
     shares = (triangles + triangles[previous]) / 2 * (areas / sizes)[polygon]
@@ -134,7 +140,7 @@ def mean_distances(points: Array, starts: Index, centroids: Array, normals: Arra
     arms = points - centroids[polygon]
     edge = arms[following] - arms
     length = np.maximum(np.linalg.norm(edge, axis=1), np.finfo(float).tiny)
-    twice = np.einsum("ij,ij->i", np.cross(arms, arms[following]), normals[polygon])
+    twice = np.einsum("ij,ij->i", cross(arms, arms[following]), normals[polygon])
     # An edge towards the centroid encloses no area.
     encloses = np.abs(twice) > 1e-12 * length**2
     h = np.where(encloses, twice / length, 1.0)

@@ -5,17 +5,20 @@ import reprlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
-from blockstruct.geometry.planes import Planes
-from blockstruct.geometry.polygon import polygon_area
+from blockstruct.geometry.planes import Corners, Planes
+from blockstruct.geometry.polygon import cross, polygon_area
 from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NEGLIGIBLE, NO_AREA, ROUNDING
 
 Array = NDArray[np.float64]
+#: Vertices of each face.
+Loops = tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,14 +132,14 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     except TypeError:
         msg = f"block {name!r}: faces {reprlib.repr(faces)}; give a list of faces, each a list of whole vertex numbers"
         raise GeometryError(msg) from None
-    _check_faces(loops, len(vertices), name)
+    if fault := _fault_of_faces(loops, len(vertices)):
+        msg = f"block {name!r}: {fault}"
+        raise GeometryError(msg)
 
-    # Fan triangles from the first vertex of each face: exact for any planar polygon, convex or not,
-    # because the signed parts outside the polygon cancel.
-    fan = np.array([(f[0], a, b) for f in loops for a, b in pairwise(f[1:])])
+    corners, fan = _corners_and_fan(loops)
     origin = vertices.mean(axis=0)
-    a, b, c = (vertices - origin)[fan.T]
-    planes = Planes.of(vertices, loops)
+    a, b, c = (vertices - origin)[fan]
+    planes = Planes.of(vertices, loops, corners)
     size = float(np.ptp(vertices, axis=0).max())
     if np.any(planes.area <= NO_AREA * size**2):
         face = int(np.argmin(planes.area))
@@ -149,9 +152,11 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
             f"its plane (limit {LARGEST_DEVIATION * size:.3g} m); split the face into triangles or correct the vertex"
         )
         raise GeometryError(msg)
-    _check_closed(loops, name)
+    if fault := _fault_of_edges(loops):
+        msg = f"block {name!r}: {fault}"
+        raise GeometryError(msg)
 
-    tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+    tetrahedra = np.einsum("ij,ij->i", a, cross(b, c)) / 6
     volume = float(tetrahedra.sum())
     if abs(volume) <= ROUNDING * size**3:
         msg = f"block {name!r}: the volume is zero; give a body with thickness in all three directions"
@@ -169,33 +174,40 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     return Polyhedron(vertices, loops, volume, *arrays[1:])
 
 
-def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str) -> None:
+# The blocks of a structure share their lists of faces, which are looked at once.
+
+
+@lru_cache
+def _corners_and_fan(loops: Loops) -> tuple[Corners, NDArray[np.int64]]:
+    """Return the corners of faces, and the vertices (3, t) of triangles from the first vertex of each face.
+
+    The triangles are exact for any planar polygon, convex or not, because the signed parts outside the polygon cancel.
+    """
+    return Corners.of(loops), np.array([(f[0], a, b) for f in loops for a, b in pairwise(f[1:])]).T
+
+
+@lru_cache
+def _fault_of_faces(loops: Loops, n_vertices: int) -> str:
+    """Return why faces are not those of a body with n vertices; empty if they can be."""
     if len(loops) < 4:
-        msg = f"block {name!r}: {len(loops)} faces; a closed body has at least four"
-        raise GeometryError(msg)
+        return f"{len(loops)} faces; a closed body has at least four"
     for index, loop in enumerate(loops):
         if len(set(loop)) < max(3, len(loop)):
-            msg = f"block {name!r}: face {index} {loop} needs at least three different vertices"
-            raise GeometryError(msg)
+            return f"face {index} {loop} needs at least three different vertices"
         if min(loop) < 0 or max(loop) >= n_vertices:
-            msg = f"block {name!r}: face {index} {loop} names a vertex outside 0..{n_vertices - 1}"
-            raise GeometryError(msg)
+            return f"face {index} {loop} names a vertex outside 0..{n_vertices - 1}"
     unused = sorted(set(range(n_vertices)).difference(*loops))
-    if unused:
-        msg = f"block {name!r}: no face uses the vertices {unused[:10]}; remove them, or add the missing faces"
-        raise GeometryError(msg)
+    return f"no face uses the vertices {unused[:10]}; remove them, or add the missing faces" if unused else ""
 
 
-def _check_closed(loops: tuple[tuple[int, ...], ...], name: str) -> None:
+@lru_cache
+def _fault_of_edges(loops: Loops) -> str:
+    """Return why faces do not close; empty if they do."""
     edges = Counter((a, b) for loop in loops for a, b in pairwise((*loop, loop[0])))
     if max(edges.values()) > 1:
         edge = max(edges, key=lambda e: edges[e])
-        msg = (
-            f"block {name!r}: edge {edge} runs the same way in {edges[edge]} faces; "
-            "list every face counter-clockwise seen from outside"
+        return (
+            f"edge {edge} runs the same way in {edges[edge]} faces; list every face counter-clockwise seen from outside"
         )
-        raise GeometryError(msg)
     loose = next((edge for edge in edges if edge[::-1] not in edges), None)
-    if loose is not None:
-        msg = f"block {name!r}: the surface is open at edge {loose}; add the missing face"
-        raise GeometryError(msg)
+    return "" if loose is None else f"the surface is open at edge {loose}; add the missing face"

@@ -65,7 +65,7 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
     if not polygons:
         return points
     planes = Planes.of(points, polygons)
-    corner, of_face = planes.corner, planes.face
+    corner, of_face = planes.corners.corner, planes.corners.face
     order = np.argsort(corner, kind="stable")
     vertex, count = np.unique(corner, return_counts=True)
     slot = np.arange(len(corner)) - np.repeat(np.cumsum(count) - count, count)
@@ -163,10 +163,10 @@ def _in_one_plane(
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
     # Some readers make fans over polygons that are not convex. They contain triangles with opposite normals.
     close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > PARALLEL
-    count = np.bincount(planes.face)
+    corners = planes.corners
     for one, other in (pairs.T, pairs.T[::-1]):
-        of_pair, corner, _ = expanded(planes.start[other], count[other])
-        arms = vertices[planes.corner[corner]] - planes.centre[one][of_pair]
+        of_pair, corner, _ = expanded(corners.start[other], corners.sides[other])
+        arms = vertices[corners.corner[corner]] - planes.centre[one][of_pair]
         far = np.zeros(len(pairs))
         np.maximum.at(far, of_pair, np.abs(np.einsum("ij,ij->i", arms, normals[one][of_pair])))
         close &= far <= np.where(empty[one], np.inf, limit)
@@ -378,12 +378,13 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
         Largest extent of the body.
     """
     planes = Planes.of(vertices, faces)
-    axes = np.stack(plane_axes(planes.normal), axis=1)[planes.face]
-    flat = np.einsum("kaj,kj->ka", axes, vertices[planes.corner] - planes.centre[planes.face])
-    simple = shapely.is_valid(shapely.polygons(shapely.linearrings(flat, indices=planes.face)))
+    corner, face, *_ = planes.corners
+    axes = np.stack(plane_axes(planes.normal), axis=1)[face]
+    flat = np.einsum("kaj,kj->ka", axes, vertices[corner] - planes.centre[face])
+    simple = shapely.is_valid(shapely.polygons(shapely.linearrings(flat, indices=face)))
     if not simple.all():
         wrong = int(np.argmin(simple))
-        u, v = _crossing_of_outline(flat[planes.face == wrong])
+        u, v = _crossing_of_outline(flat[face == wrong])
         return np.asarray(planes.centre[wrong] + np.stack(plane_axes(planes.normal[wrong])).T @ (u, v))
     if planes.heights(vertices).max() <= EXACT * size:
         return None

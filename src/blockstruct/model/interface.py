@@ -86,17 +86,18 @@ class Interface(ModelObject):
     deviation: float = field(init=False, repr=False, metadata={"dimension": "length"})
 
     def __attrs_post_init__(self) -> None:
-        polygon, who = self.polygon, label(self)
+        polygon = self.polygon
         area, centroid, normal = polygon_area(polygon)
         size = float(np.ptp(polygon, axis=0).max())
         if area <= NO_AREA * size**2:
-            msg = f"{who}: the polygon has no area; remove the interface or correct its corners"
+            msg = f"{label(self)}: the polygon has no area; remove the interface or correct its corners"
             raise GeometryError(msg)
-        polygon = polygon[np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > ROUNDING * size]
+        edges = polygon - np.concatenate([polygon[-1:], polygon[:-1]])
+        polygon = polygon[np.linalg.norm(edges, axis=1) > ROUNDING * size]
         deviation = float(np.abs((polygon - centroid) @ normal).max())
         if deviation > LARGEST_DEVIATION * size:
             msg = (
-                f"{who}: a corner is {deviation:.3g} m off the plane fitted to the polygon (limit "
+                f"{label(self)}: a corner is {deviation:.3g} m off the plane fitted to the polygon (limit "
                 f"{LARGEST_DEVIATION * size:.3g} m); divide the contact into interfaces that are closer to planes"
             )
             raise GeometryError(msg)

@@ -13,7 +13,7 @@ import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, partial
-from io import SEEK_END, BytesIO, RawIOBase, UnsupportedOperation
+from io import SEEK_END, RawIOBase, UnsupportedOperation
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -58,6 +58,7 @@ from blockstruct.storage.netcdf import (
     plain,
     read_dataset,
     read_values,
+    with_numbers,
 )
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
@@ -162,8 +163,8 @@ class Snapshot:
             self._close()
             raise unreadable(path, error, ANALYSIS) from error
 
-    def stream(self) -> RawIOBase | BytesIO:
-        """Return the bytes for a reader of HDF5.
+    def file(self) -> h5py.File:
+        """Return the bytes as an HDF5 file.
 
         Raises
         ------
@@ -171,9 +172,9 @@ class Snapshot:
             If the file was written to after it was opened; a file that was replaced does no harm.
         """
         if self._image is not None:
-            return BytesIO(self._image)
+            return h5py.File(h5py.h5f.open_file_image(self._image))
         self.check_unchanged()
-        return _Window(self)
+        return h5py.File(_Window(self), "r")
 
     @property
     def seal(self) -> bytes:
@@ -296,7 +297,7 @@ class AnalysisFile:
     def opened(self) -> Iterator[h5py.File]:
         """Open the HDF5 file; any error of the libraries on damaged bytes becomes a FormatError."""
         try:
-            with h5py.File(self._snapshot.stream(), "r") as file:
+            with self._snapshot.file() as file:
                 yield file
             self._snapshot.check_unchanged()
         except StorageError:
@@ -668,8 +669,17 @@ class ModelImage(NamedTuple):
         found = [*_violations("/model", model, "model"), *index_findings("/model", model)]
         if found:
             raise violated(path, found)
-        root = xr.Dataset({"schema": ((), _short_schema())})
-        return cls(netcdf_image({"/": root, "/model": _described(model, "model")}), model)
+        global _last_model
+        _described(model, "model")
+        image = None if _last_model is None else with_numbers(_last_model.image, "/model", _last_model.model, model)
+        if image is None:
+            image = netcdf_image({"/": xr.Dataset({"schema": ((), _short_schema())}), "/model": model})
+        _last_model = cls(image, model)
+        return _last_model
+
+
+#: Part of the last file. The next run of a study often has the same model but for the strength of its joints.
+_last_model: ModelImage | None = None
 
 
 def sealed_image(

@@ -233,7 +233,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         "interface": _texts(i.name for i in interfaces),
         "load_pattern": _texts(p.name for p in patterns),
     }
-    return xr.Dataset(variables, coords=coords, attrs={"name": model.name})
+    return xr.Dataset(variables, coords=xr.Coordinates(coords, indexes={}), attrs={"name": model.name})
 
 
 def read_model(ds: xr.Dataset) -> Model:

@@ -219,6 +219,8 @@ class WriterLock:
         """Let others write; remove the folder if it holds nothing but the lock."""
         with contextlib.suppress(OSError):  # Another writer may be quicker than these lines.
             if [file.name for file in self.folder.iterdir()] == ["lock"]:
+                if sys.platform == "win32":
+                    self._stream.close()  # Windows removes no open file, nor one that another writer has opened since.
                 (self.folder / "lock").unlink()
                 self.folder.rmdir()
         self._stream.close()
