@@ -20,7 +20,7 @@ def house() -> bs.Model:
         for sill in ("1.2 m", "3.6 m")
     ]
     sides = [bs.structures.Sidewall(name, at, length="3.6 m") for name, at in (("west", "0 m"), ("east", "6 m"))]
-    size = {"unit_length": "1.2 m", "unit_height": "0.6 m", "depth": "0.6 m", "material": tuff}
+    size = {"unit_length": "1.2 m", "unit_height": "0.6 m", "thickness": "0.6 m", "material": tuff}
     blocks = bs.wall(length="6.6 m", height=HEIGHT, openings=windows, sidewalls=sides, **size)
     tie = bs.Tie(
         "tie",

@@ -78,7 +78,7 @@ def test_one_page_has_the_table_and_the_number(found, no_pictures):
 
 def columns(size):
     """A stack whose blocks never part: its load factor does not depend on their size."""
-    blocks = bs.wall(length="1 m", height="2 m", unit_length="1 m", unit_height=size, depth="0.5 m", material=STONE)
+    blocks = bs.wall(length="1 m", height="2 m", unit_length="1 m", unit_height=size, thickness="0.5 m", material=STONE)
     return model_of(blocks, DRY), bs.LimitCase("push", SELF_WEIGHT, push(0, -1, 0))
 
 

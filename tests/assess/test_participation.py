@@ -132,7 +132,7 @@ def test_the_larger_share_counts_if_most_of_the_weight_hardly_moves():
 
 def test_a_sidewall_that_hardly_moves_along_the_push_takes_no_part():
     """With the whole weight of its sidewall, 43 % of all or more, the façade of a corner had e* = 0.40, not 0.69."""
-    size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
+    size = {"unit_length": "1 m", "unit_height": "0.5 m", "thickness": "0.5 m", "material": STONE}
     blocks = bs.wall(
         length="4 m", courses=8, sidewalls=[bs.structures.Sidewall("left", at="0 m", length="3.5 m")], **size
     )
