@@ -36,6 +36,17 @@ def test_the_weakest_direction_governs(found):
     assert found.table["governs"].sum() == 1
 
 
+def test_each_run_tells_the_time_that_is_left(capsys):
+    """Also where no terminal shows it; progress=False prints nothing."""
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"])
+    first, *runs = capsys.readouterr().err.splitlines()
+    # The runs of the range contain the case once more.
+    assert (first.startswith("model: 2 blocks; 1 direction"), len(runs)) == (True, 1 + len(found.analysis))
+    assert ["s left" in line for line in runs] == [True] * len(found.analysis) + [False]
+    bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
+    assert capsys.readouterr().err == ""
+
+
 def test_a_direction_that_has_not_settled_opens_the_verdict_and_leaves_the_lowest_ratio(found):
     """A ratio of 3.5 that had not settled stood above a settled one of 2.2."""
     name = max(found.checks, key=lambda name: found.checks[name].verdict.share)

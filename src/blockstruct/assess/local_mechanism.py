@@ -290,17 +290,17 @@ class _Request:
         a0, alpha, e_star, motion = a0_star * whole.e_star / large.e_star, alpha0, large.e_star, None
         if large is not whole and (one := state(a0)):
             ways.append(WayOfChecking(Way.WITHOUT_SMALL, alpha, e_star, one))
-            notes.append(note_of_small(whole, large, a0, one))
+            notes.append(note_of_small(whole, large, a0))
         other = least_activation(found, self.forces, [body for body in bodies if body.moves], large)
         least = a0_star * other.acceleration / (alpha0 / whole.e_star)
         if least < a0 and (one := state(least)):
             a0, alpha, e_star, motion = least, other.alpha, other.e_star, other.motion
             ways.append(WayOfChecking(Way.OTHER_MOTION, alpha, e_star, one, motion))
-            notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies, one.name, one.ratio))
+            notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies))
         low = head.lowest / head.load_factor
         if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
-            notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
+            notes.insert(0, assessment.range_of_load_factor(head.range))
         # The notes of the case state the effect of these remedies on its load factor.
         outcome = found.outcome
         remedies = {
@@ -329,7 +329,7 @@ class _Request:
         state = slv(alone) if pushed.d0 > (1 + OTHER_CURVE) * alone.d0 else None
         if state is None:
             return [], None
-        return [assessment.overturns_alone(pushed.d0, alone.d0, state.name, state.ratio)], state
+        return [assessment.overturns_alone(pushed.d0, alone.d0)], state
 
 
 def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -> None:
