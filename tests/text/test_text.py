@@ -67,6 +67,8 @@ NOTES = [
     a.state_missed("SLD", 0.99996, "not satisfied"),
     a.changed_coefficients([("behaviour factor q", 1.5, 2.0, "C8.7.1.2.1.7")]),
     a.direction_without("push +x", Status.UNSTABLE),
+    a.direction_unsettled("push +x", 3.477, 2.181, is_limit=True),
+    a.direction_unsettled("push +x", 3.477, 2.181, is_limit=False),
     a.unit_size(0.6, 0.8995),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),

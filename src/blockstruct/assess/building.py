@@ -26,7 +26,7 @@ from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
 from blockstruct.notebook import is_watched
 from blockstruct.results import Analysis, CaseResult, Spread
-from blockstruct.text import assessment, told_apart
+from blockstruct.text import Note, assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
 
 #: Directions of a building with walls along x and y.
@@ -67,9 +67,13 @@ class Building:
             for name, result in self.analysis.items()
             if result.status not in (Status.CONVERGED, Status.UNBOUNDED) and result.of_case == ""
         ]
-        others = {name: check.verdict for name, check in self.checks.items() if check is not self.governing}
-        without += [assessment.direction_unsettled(name) for name, other in others.items() if not other.settled]
-        notes = [note for other in others.values() for note in other.open]
+        others = {name: check for name, check in self.checks.items() if check is not self.governing}
+        notes: list[Note] = []
+        for name, check in others.items():
+            other, crushes = check.verdict, np.isfinite(check.result.outcome.without_crushing)
+            if not other.settled:
+                without.append(assessment.direction_unsettled(name, other.ratio, verdict.ratio, is_limit=crushes))
+            notes += other.open
         return replace(verdict, open=tuple(dict.fromkeys([*verdict.open, *without, *notes])))
 
     @property

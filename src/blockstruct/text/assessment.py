@@ -116,9 +116,23 @@ def direction_without(name: str, status: Status) -> Note:
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
-def direction_unsettled(name: str) -> Note:
-    """Return the note on a direction of a building whose load factor has not settled."""
-    text = f"The load factor of “{name}” has not settled, so nothing covers this direction."
+def direction_unsettled(name: str, ratio: float, least: float, *, is_limit: bool) -> Note:
+    """Return the note on a direction of a building whose load factor has not settled.
+
+    Parameters
+    ----------
+    name, ratio
+        Of its case: name, and capacity over demand of the load factor that has not settled.
+    least
+        Capacity over demand of the direction that governs.
+    is_limit
+        Whether the load factor is the one without crushing, which crushing raised.
+    """
+    why = "is without crushing, an upper limit" if is_limit else "has not settled"
+    text = (
+        f"The load factor of “{name}” {why}: capacity / demand {ratio_text(ratio)}. It governs instead if the true one "
+        f"is lower by more than {1 - least / ratio:.0%}. Rule that out before signing."
+    )
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
