@@ -96,6 +96,8 @@ def test_a_ratio_that_a_note_relies_on_decides(stem):
         return
     assert check.verdict.range == pytest.approx((0.95, 0.95 / share(W, d)), rel=1e-5)
     assert check.verdict.governing.way is bs.assess.Way.WITHOUT_SMALL
+    # Damage begins with the same motion.
+    assert check.limit_states["SLD"].capacity == pytest.approx(alpha0 / 1.35 * 9.80665, rel=1e-5)
     # The formulas lead to the ratio that is relied on, and name each other way once.
     lines = next(part for part in check.sections if part.title.startswith("SLV, linear")).lines
     ratios = [line.formula for line in lines if line.what == "capacity / demand"]

@@ -68,7 +68,7 @@ def test_the_same_check_is_shown_once(block):
 def test_the_first_page_has_the_number_relied_on(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
     head = summary(report_html(block, checks=[check]))
-    assert "Relied on: capacity / demand 0.823 of “push” (SLV, linear), from its load factor 0.1." in head
+    assert "Relied on: capacity / demand 0.823 of “push” (SLV, linear), with α = 0.1." in head
     for text in (
         "<b>0.1</b>",
         "<b>0.823</b>",

@@ -26,7 +26,7 @@ from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
 from blockstruct.notebook import is_watched
 from blockstruct.results import Analysis, CaseResult, Spread
-from blockstruct.text import Note, assessment, told_apart
+from blockstruct.text import assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
 
 #: Directions of a building with walls along x and y.
@@ -52,45 +52,52 @@ class Building:
 
     @property
     def governing(self) -> LocalMechanismCheck:
-        """The check with the lowest share of its site's ground acceleration."""
-        return self.checks[_governing(self.checks)]
+        """The check with the lowest share of its site's ground acceleration.
+
+        Its notes include the directions that leave it open: without a load factor, not settled, or with open warnings.
+        """
+        name = _governing(self.checks)
+        check = self.checks[name]
+        notes = [
+            assessment.direction_without(other, result.status)
+            for other, result in self.analysis.items()
+            if result.status not in (Status.CONVERGED, Status.UNBOUNDED) and result.of_case == ""
+        ]
+        for case, each in self.checks.items():
+            verdict = each.verdict
+            if case == name:
+                continue
+            if not verdict.settled:
+                is_limit = bool(np.isfinite(each.result.outcome.without_crushing))
+                notes.append(assessment.direction_unsettled(case, each.ratio, check.ratio, is_limit=is_limit))
+            notes += verdict.open
+        return replace(check, notes=tuple(dict.fromkeys([*check.notes, *notes])))
+
+    @property
+    def _noted(self) -> dict[str, LocalMechanismCheck]:
+        """The checks, of which the governing one has its notes on the others."""
+        return {**self.checks, _governing(self.checks): self.governing}
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict of the building: that of the governing direction.
-
-        It is the lowest, and not satisfied while a direction has no settled load factor, or another open warning.
-        """
-        verdict = self.governing.verdict
-        without = [
-            assessment.direction_without(name, result.status)
-            for name, result in self.analysis.items()
-            if result.status not in (Status.CONVERGED, Status.UNBOUNDED) and result.of_case == ""
-        ]
-        others = {name: check for name, check in self.checks.items() if check is not self.governing}
-        notes: list[Note] = []
-        for name, check in others.items():
-            other, crushes = check.verdict, np.isfinite(check.result.outcome.without_crushing)
-            if not other.settled:
-                without.append(assessment.direction_unsettled(name, other.ratio, verdict.ratio, is_limit=crushes))
-            notes += other.open
-        return replace(verdict, open=tuple(dict.fromkeys([*verdict.open, *without, *notes])))
+        """The verdict of the building: that of the governing direction, which the others may leave open."""
+        return self.governing.verdict
 
     @property
     def table(self) -> pd.DataFrame:
         """A row a direction: status, α0, and of the motion relied on α, e*, a0*, ratio, its range, and the outcome."""
         rows = {}
         governs = _governing(self.checks)
+        checks = self._noted
         for name, result in self.analysis.items():
             if result.of_case:
                 continue
-            check = self.checks.get(name)
+            check = checks.get(name)
             row: dict[str, Any] = {"status": result.ended, "load factor": result.load_factor}
             if check is not None:
                 verdict = check.verdict
                 lowest, highest = verdict.range
                 row |= {
-                    "load factor": check.result.load_factor,
                     "α": verdict.governing.alpha,
                     "e*": verdict.governing.e_star,
                     "a0* [meter / second ** 2]": check.acceleration,
@@ -107,9 +114,8 @@ class Building:
         """Write the report, ``.html`` or ``.pdf``: :func:`blockstruct.views.report.write_report`."""
         from blockstruct.views.report import write_report
 
-        return write_report(
-            self.analysis, path, project=project, checks=self.checks.values(), unit_sizes=self.unit_sizes
-        )
+        checks = self._noted.values()
+        return write_report(self.analysis, path, project=project, checks=checks, unit_sizes=self.unit_sizes)
 
     def __str__(self) -> str:
         columns = ["load factor", "α", "e*", "ratio", "relied on", "satisfied"]

@@ -51,7 +51,7 @@ class LocalMechanismCheck:
     method, relied_on : str
         The method and its limit state.
     limit_states : mapping of str to LimitState
-        Of the collapse mechanism.
+        Of the collapse mechanism, and SLD of the motion that the least acceleration activates.
     others : tuple of WayOfChecking
         Other ways that have a ratio at the limit state relied on.
     beside : Overturning or None

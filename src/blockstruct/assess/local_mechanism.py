@@ -224,6 +224,9 @@ class _Request:
                         raise
                     notes.append(assessment.state_left_out(state, str(error)))
         others, of_ways = self._other_ways(bodies, whole, a0_star, curve, by_q, slv)
+        # Damage begins with the first motion that is activated.
+        first = min([a0_star, *(way.alpha * g / (way.e_star * FC) for way in others)])
+        states[0] = damage(first, of_sld, with_demand=sld_site is not None)
         notes = [*of_ways, *notes_of(found, forces, bodies, whole), *notes, *c.notes()]
         notes += notes_of_demand(found.model, part, spectrum)
         notes += [
