@@ -70,7 +70,7 @@ def test_a_room_equals_the_room_of_the_builder(tmp_path):
     path.write_text(yaml.safe_dump(content), encoding="utf-8")
     hole = Opening("1 m", "0.5 m", "0.5 m", "0.5 m", "0 m")
     blocks = bs.room(**size, material=STONE, openings={"left": [hole]})
-    same = bs.Model("room", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6)))
+    same = bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6)))
     assert bs.read_document(path).model.hash == same.hash
 
 
