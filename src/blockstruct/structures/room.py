@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -122,7 +123,7 @@ def room(
                 )
                 raise ModelError(msg)
         origin = (other - t if is_far else 0.0) * (x if is_side else y)
-        place = {"axes": np.array([y, x, origin] if is_side else [x, y, origin]), "heads": heads, "openings": holes}
+        place: dict[str, Any] = {"axes": np.array([y, x, origin] if is_side else [x, y, origin]), "heads": heads, "openings": holes}
         place |= {"within": within, "rubble": joints_of(rubble, name)}
         if is_side:
             # In every second course the side walls take the corners.
