@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -103,7 +102,7 @@ def room(
             msg = f"room: no wall {name!r}; {did_you_mean(name, WALLS)}"
             raise UnknownNameError(msg)
     x, y = np.eye(3)[:2]
-    back, ahead, corners = (t, t, [(0.0, t, number), (along - t, along, number)]) if bonded else (0.0, 0.0, [])
+    beyond, corners = (t, [(0.0, t, number), (along - t, along, number)]) if bonded else (0.0, [])
     laid = Pieces(prefix, material, course)
     if base:
         laid.box("base", (0.0, 0.0, -course), (along, across, course), fixed=True)
@@ -122,15 +121,24 @@ def room(
                     f"{end - t:.6g} m"
                 )
                 raise ModelError(msg)
-        origin = (other - t if is_far else 0.0) * (x if is_side else y)
-        place: dict[str, Any] = {"axes": np.array([y, x, origin] if is_side else [x, y, origin]), "heads": heads, "openings": holes}
-        place |= {"within": within, "rubble": joints_of(rubble, name)}
-        if is_side:
-            # In every second course the side walls take the corners.
-            span = (t, across - t)
-            panels.append(Panel(f"{name}.", bond, extent=span, back=back, ahead=ahead, shifts_odd=True, **place))
-        else:
-            panels.append(Panel(f"{name}.", bond, extent=(0.0, end), crossings=corners, **place))
+        u, v = (y, x) if is_side else (x, y)
+        panels.append(
+            Panel(
+                name=f"{name}.",
+                bond=bond,
+                axes=np.array([u, v, (other - t if is_far else 0.0) * v]),
+                heads=heads,
+                extent=(t, across - t) if is_side else (0.0, along),
+                openings=holes,
+                crossings=() if is_side else corners,
+                # In every second course the side walls take the corners.
+                back=beyond * is_side,
+                ahead=beyond * is_side,
+                shifts_odd=is_side,
+                within=within,
+                rubble=joints_of(rubble, name),
+            )
+        )
     check_units(sum(len(p.heads) * (p.extent[1] - p.extent[0]) for p in panels), bond, rubble, "room")
     for panel in panels:
         laid.panel(panel)
