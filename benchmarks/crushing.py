@@ -29,7 +29,7 @@ TUFF = bs.Material("tuff", unit_weight="12 kN/m^3")
 def solved(rows: list[list[float]], fc: int | None, settings: bs.ProcedureSettings) -> bs.CaseResult:
     strength = None if fc is None else Q_(12e3 * fc, "Pa")
     joint = bs.JointMaterial("joint", 0.65, compressive_strength=strength)
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=TUFF)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=TUFF)
     model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint_material=joint).interfaces)
     dead, push = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
     manager = bs.AnalysisManager(model, settings=settings)

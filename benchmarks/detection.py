@@ -20,7 +20,7 @@ LIMIT, EXPONENT = 10.0, 1.2
 
 def wall(columns: int, rows: int) -> list[bs.Block]:
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    return bs.courses(bond, unit_length="0.4 m", unit_height="0.175 m", depth="0.2 m", material=TUFF)
+    return bs.courses(bond, unit_length="0.4 m", unit_height="0.175 m", thickness="0.2 m", material=TUFF)
 
 
 def cubes(n: int) -> list[bs.Block]:

@@ -23,7 +23,7 @@ TUFF = bs.Material("tuff", unit_weight="12 kN/m^3")
 
 def wall(columns: int, rows: int) -> bs.Model:
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.2 m"}
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.2 m"}
     return model(bs.courses(bond, **size, material=TUFF), bs.JointMaterial("dry", 0.65))
 
 
@@ -31,7 +31,7 @@ def facade(*, bonded: bool) -> bs.Model:
     joints = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime mortar", 0.65)}
     door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
     sides = [bs.structures.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
-    size = {"length": "3.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
+    size = {"length": "3.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
     return model(bs.wall(**size, courses=12, openings=[door], sidewalls=sides, material=TUFF), joints)
 
 

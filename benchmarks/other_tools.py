@@ -16,7 +16,7 @@ import blockstruct as bs
 def brick_wall() -> list[bs.Block]:
     """A wall 2.5 m long and 1.235 m high in running bond."""
     brick = bs.Material("brick", bs.Q_(1800 * 9.81, "N/m^3"))
-    size = {"length": "2.5 m", "unit_length": "25 cm", "unit_height": "6.5 cm", "depth": "12 cm"}
+    size = {"length": "2.5 m", "unit_length": "25 cm", "unit_height": "6.5 cm", "thickness": "12 cm"}
     return bs.wall(courses=19, material=brick, **size)
 
 

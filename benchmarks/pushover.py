@@ -24,7 +24,7 @@ TITLES = {"wall": 8, "push": 10, "blocks": 8, "states": 8, "iterations": 12, "so
 
 def wall(columns: int, rows: int) -> bs.Model:
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=TUFF)
+    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=TUFF)
     return bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("dry", 0.65)))
 
 

@@ -25,7 +25,7 @@ def build(friction: float, columns: int, rows: int) -> tuple[bs.Model, bs.LimitC
     """A wall in running bond, pushed along itself."""
     tuff = bs.Material("tuff", "12 kN/m^3")
     courses = [[1.0] * columns if k % 2 == 0 else [0.5, *[1.0] * (columns - 1), 0.5] for k in range(rows)]
-    blocks = bs.courses(courses, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(courses, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=bs.JointMaterial("lime", friction))
     return bs.Model("wall", blocks, found), CASE
 

@@ -27,7 +27,7 @@ from blockstruct.views.report import write_report
 def wall(columns: int, rows: int, iterations: int) -> bs.Analysis:
     tuff, dry = bs.Material("tuff", unit_weight="12 kN/m^3"), bs.JointMaterial("dry", friction_coefficient=0.65)
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.175 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.175 m", thickness="0.2 m", material=tuff)
     model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
     dead, push = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
     analysis = bs.AnalysisManager(model).run([bs.LimitCase("push", dead, push, "associative")])

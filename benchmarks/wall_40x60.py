@@ -39,7 +39,7 @@ class Clock:
 def wall(columns: int, rows: int) -> list[bs.Block]:
     tuff = bs.Material("tuff", unit_weight="12 kN/m^3")
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "depth": "0.2 m"}
+    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "thickness": "0.2 m"}
     return bs.courses(bond, **size, material=tuff)
 
 

@@ -46,7 +46,7 @@ def wall_with_opening() -> Drawn:
     """The wall of the README."""
     half, jamb = [0.5, 1, 1, 1, 0.5], [0.5, 1, -1, 1, 0.5]
     rows = [[1, 1, 1, 1], half, [1, 1, -1, 1], jamb, [1, 2, 1], half]
-    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "depth": "0.3 m"}
+    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "thickness": "0.3 m"}
     return solved("wall with an opening, pushed", bs.courses(rows, **size, material=TUFF))
 
 
@@ -78,7 +78,7 @@ def church_front() -> Drawn:
         Buttress(name, at=at, width="0.5 m", courses=10, projection="1 m", top_projection="0.4 m")
         for name, at in (("west", "0.25 m"), ("east", "4.75 m"))
     ]
-    size = {"length": "5.5 m", "courses": 14, "unit_length": "0.5 m", "unit_height": "0.25 m", "depth": "0.5 m"}
+    size = {"length": "5.5 m", "courses": 14, "unit_length": "0.5 m", "unit_height": "0.25 m", "thickness": "0.5 m"}
     blocks = bs.wall(**size, material=TUFF, openings=[portal, window], buttresses=piers, gable="1.25 m")
     model = bs.Model("church front, pushed outwards", blocks, bs.detect_interfaces(blocks, joint_material=LIME))
     apex = max(blocks, key=lambda block: block.shape.vertices[:, 2].max())

@@ -9,7 +9,7 @@ from blockstruct import Q_
 def main(folder: Path | None = None) -> bs.assess.LocalMechanismCheck:
     tuff = bs.Material("tuff", unit_weight=Q_(16, "kN/m^3"))
     lime = bs.JointMaterial("lime mortar", friction_coefficient=0.6, compressive_strength=Q_(2, "MPa"))
-    size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.6 m", "material": tuff}
+    size = {"unit_length": "1 m", "unit_height": "0.5 m", "thickness": "0.6 m", "material": tuff}
     blocks = bs.wall(length="5 m", courses=12, **size)
     model = bs.Model("façade", blocks, bs.detect_interfaces(blocks, joint_material=lime))
 

@@ -23,7 +23,7 @@ def main() -> dict[tuple[str, str], float]:
             courses=12,
             unit_length="40 cm",
             unit_height="20 cm",
-            depth="20 cm",
+            thickness="20 cm",
             openings=[door],
             sidewalls=sides,
             material=tuff,

@@ -13,7 +13,9 @@ def main() -> tuple[float, float]:
     tuff = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
     dry = bs.JointMaterial("dry joint", friction_coefficient=0.65)
     rows = [[0.5, 1, 1, 1, 1, 0.5], [1, 1, 1, 1, 1]] * 3
-    blocks = bs.courses(rows, unit_length=Q_(0.4, "m"), unit_height=Q_(0.175, "m"), depth=Q_(0.1, "m"), material=tuff)
+    blocks = bs.courses(
+        rows, unit_length=Q_(0.4, "m"), unit_height=Q_(0.175, "m"), thickness=Q_(0.1, "m"), material=tuff
+    )
     found = bs.detect_interfaces(blocks, joint_material=dry)
     print(found.report)
     model = bs.Model("Ferris & Tin-Loi wall 1", blocks, found)

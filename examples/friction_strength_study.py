@@ -14,7 +14,7 @@ def build(friction, strength):
         [[1, 1], [0.5, 1, 0.5], [1, 1], [0.5, 1, 0.5]],
         unit_length="0.5 m",
         unit_height="0.25 m",
-        depth="0.3 m",
+        thickness="0.3 m",
         material=tuff,
     )
     model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint_material=lime))

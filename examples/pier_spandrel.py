@@ -22,7 +22,7 @@ def assemblage(mortar: bs.JointMaterial = MORTAR) -> bs.Model:
     rows += [beside[j % 2] + [-22 / 3] + beside[j % 2][::-1] for j in range(3)]
     rows += [spandrel[j % 2] for j in range(10)]
     depth = Q_(0.31, "m")
-    blocks = bs.courses(rows, unit_length=Q_(0.3, "m"), unit_height=Q_(0.1, "m"), depth=depth, material=TUFF)
+    blocks = bs.courses(rows, unit_length=Q_(0.3, "m"), unit_height=Q_(0.1, "m"), thickness=depth, material=TUFF)
     lintel = bs.Block.box("lintel", Q_([1.45, 0, 2.3], "m"), Q_([2.2, 0.31, 0.3], "m"), TUFF)
     beams = [bs.Block.box(f"beam at {x} m", Q_([x, 0, 3.6], "m"), Q_([1.7, 0.31, 0.02], "m"), TUFF) for x in (0, 3.4)]
     blocks += [lintel, *beams]

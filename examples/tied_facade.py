@@ -15,7 +15,7 @@ def facade() -> bs.Model:
     sides = [
         bs.structures.Sidewall(name, at, "1.6 m", bonded=False) for name, at in (("left", "0 m"), ("right", "3 m"))
     ]
-    size = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
+    size = {"unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
     blocks = bs.wall(length="3.2 m", courses=12, **size, openings=[door], sidewalls=sides, material=tuff)
     return bs.Model("façade with butted sidewalls", blocks, bs.detect_interfaces(blocks, joints))
 

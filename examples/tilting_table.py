@@ -22,7 +22,7 @@ def store_walls(folder: Path) -> None:
     case = bs.LimitCase("tilt", dead, bs.LoadPattern("tilt +x", [bs.BodyForce((1, 0, 0))]))
     for courses in (4, 8, 12):
         rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * (courses // 2)
-        blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+        blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
         model = bs.Model(f"{courses} courses", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
         bs.AnalysisManager(model, store=folder / f"wall-{courses:02}.h5").run([case])
 

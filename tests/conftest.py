@@ -78,7 +78,7 @@ def dead() -> bs.LoadPattern:
 @pytest.fixture(scope="session")
 def small_model(tuff: bs.Material, dry: bs.JointMaterial) -> bs.Model:
     rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=dry)
     return bs.Model("small wall", blocks, found.interfaces, detection=found.report)
 

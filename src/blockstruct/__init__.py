@@ -8,7 +8,7 @@ Define a structure:
 >>> lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
 >>> rows = [[1, 1], [0.5, 1, 0.5], [1, 1], [0.5, 1, 0.5]]
 >>> blocks = bs.courses(
-...     rows, unit_length=Q_(40, "cm"), unit_height=Q_(17.5, "cm"), depth=Q_(10, "cm"), material=tuff
+...     rows, unit_length=Q_(40, "cm"), unit_height=Q_(17.5, "cm"), thickness=Q_(10, "cm"), material=tuff
 ... )
 >>> found = bs.detect_interfaces(blocks, joint_material=lime)
 >>> model = bs.Model("small wall", blocks, found)

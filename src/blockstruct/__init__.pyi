@@ -49,6 +49,7 @@ from blockstruct.storage import open_analysis as open_analysis
 from blockstruct.storage import save_analysis as save_analysis
 from blockstruct.structures import arch as arch
 from blockstruct.structures import courses as courses
+from blockstruct.structures import room as room
 from blockstruct.structures import wall as wall
 from blockstruct.studies import directions as directions
 from blockstruct.studies import study as study

@@ -7,6 +7,9 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+#: Former names of arguments, which messages answer with the present ones.
+RENAMED = MappingProxyType({"depth": "thickness"})
+
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return advice on an unknown name: similar known names, or all names.
@@ -15,8 +18,12 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     'did you mean friction_coefficient or friction_angle?'
     >>> did_you_mean("colour", ["name", "fixed"])
     'known are name, fixed'
+    >>> did_you_mean("depth", ["length", "thickness"])
+    'it is now thickness'
     """
     known = list(known)
+    if (renamed := RENAMED.get(word)) in known:
+        return f"it is now {renamed}"
     near = [name for name in known if word and name.startswith(word)]
     # The search for similar words is slower for longer words.
     near = near or get_close_matches(word[:100], known, cutoff=0.7)

@@ -23,7 +23,7 @@ SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 
 def corner(*, mirrored=False, seed=None, **joint):
     """A façade with one sidewall, out of plane: bodies of unlike motion, at joints that crush, with a tie."""
-    size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
+    size = {"unit_length": "1 m", "unit_height": "0.5 m", "thickness": "0.5 m", "material": STONE}
     at = "2.5 m" if mirrored else "0 m"
     blocks = bs.wall(length="3 m", courses=6, sidewalls=[bs.structures.Sidewall("side", at=at, length="2.5 m")], **size)
     if seed is not None:

@@ -291,7 +291,7 @@ def test_a_leaning_wall_that_ties_hold_goes_as_far_as_they_do():
 
 def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight_curve():
     rows = [[1, 1, 1, 1], [0.5, 1, 1, 1, 0.5], [1, 1, -1, 1], [0.5, 1, -1, 1, 0.5], [1, 2, 1], [0.5, 1, 1, 1, 0.5]]
-    blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", depth="30 cm", material=STONE)
+    blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", thickness="30 cm", material=STONE)
     found = run(model_of(blocks, DRY), case(push(1, 0, 0)))
     check = checked(found)
     moving = [body for body in check.bodies if body.moves]

@@ -77,15 +77,13 @@ def test_a_body_that_turns_about_a_point_near_its_centroid_takes_no_part(stem, c
 
 
 def test_bodies_of_small_displacement_have_a_note(stem, check):
-    """Without the bracket e* = 1, and the ratio is α0 / 1.35 / 0.06."""
+    """Without the bracket e* = 1."""
     alpha0, W, d = by_hand(stem)
     if d[1] <= 0.02:
         assert check.notes == ()
         return
-    a0_star, ratio = alpha0 / 1.35 * 9.80665, alpha0 / 1.35 / 0.06
-    note = assessment.small_motions(
-        1e3 * W[1], 1e3 * W.sum(), d[1], e_star=1, a0_star=a0_star, state="SLV, linear", ratio=ratio
-    )
+    a0_star = alpha0 / 1.35 * 9.80665
+    note = assessment.small_motions(1e3 * W[1], 1e3 * W.sum(), d[1], e_star=1, a0_star=a0_star)
     assert check.notes == (note,)
 
 
@@ -99,6 +97,15 @@ def test_a_ratio_that_a_note_relies_on_decides(stem):
         return
     assert check.verdict.range == pytest.approx((0.95, 0.95 / share(W, d)), rel=1e-5)
     assert check.verdict.governing.way is bs.assess.Way.WITHOUT_SMALL
+    # Damage begins with the same motion.
+    assert check.limit_states["SLD"].capacity == pytest.approx(alpha0 / 1.35 * 9.80665, rel=1e-5)
+    # The formulas lead to the ratio that is relied on, and name each other way once.
+    lines = next(part for part in check.sections if part.title.startswith("SLV, linear")).lines
+    ratios = [line.formula for line in lines if line.what == "capacity / demand"]
+    assert len(ratios) == 1
+    assert ratios[0].endswith(f"= {check.limit_state.ratio_text()}")
+    ways = [line for line in lines if "capacity / demand" in line.formula]
+    assert [line.what for line in ways] == [way.way for way in check.verdict.ways]
     enough = bs.assess.local_mechanism(check.result, spectrum=site.at(0.9 * site.ag))
     assert (enough.satisfied, enough.outcome) == (True, "satisfied")
 
@@ -133,7 +140,7 @@ def test_the_larger_share_counts_if_most_of_the_weight_hardly_moves():
 
 def test_a_sidewall_that_hardly_moves_along_the_push_takes_no_part():
     """With the whole weight of its sidewall, 43 % of all or more, the façade of a corner had e* = 0.40, not 0.69."""
-    size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
+    size = {"unit_length": "1 m", "unit_height": "0.5 m", "thickness": "0.5 m", "material": STONE}
     blocks = bs.wall(
         length="4 m", courses=8, sidewalls=[bs.structures.Sidewall("left", at="0 m", length="3.5 m")], **size
     )

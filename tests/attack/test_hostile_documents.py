@@ -93,7 +93,8 @@ YAML = {
     "a course of 1e9 units": changed(
         "interfaces:",
         "courses:\n"
-        "  - { rows: [[1e-300, 1e9]], unit_length: 1 m, unit_height: 1 m, depth: 1 m, material: stone }\ninterfaces:",
+        "  - { rows: [[1e-300, 1e9]], unit_length: 1 m, unit_height: 1 m, thickness: 1 m, material: stone }\n"
+        "interfaces:",
     ),
     "settings within settings": changed("{ crushing_cells: 30 }", "{ schedule: { slope: { slope: 1 } } }"),
     "a document after the document": BASIC + "---\n" + BASIC,

@@ -24,7 +24,7 @@ PUSH = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 MODEL = bs.Model("model", [BASE, BLOCK], INTERFACES)
 VERTICES = Q_(BLOCK.shape.vertices, "m")
 FACES = [list(face) for face in BLOCK.shape.faces]
-SIZES = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
+SIZES = {"unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
 ENDS = {"start": ["0 m", "0 m", "1 m"], "end": ["1 m", "1 m", "1 m"]}
 RING = {"span": "2 m", "thickness": "20 cm", "material": STONE}
 

@@ -184,7 +184,7 @@ WALL = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
 
 
 def wall(length="0.4 m", height="0.2 m", depth="0.1 m"):
-    return bs.courses(WALL, unit_length=length, unit_height=height, depth=depth, material=STONE)
+    return bs.courses(WALL, unit_length=length, unit_height=height, thickness=depth, material=STONE)
 
 
 def test_joint_materials_by_orientation_and_by_names():

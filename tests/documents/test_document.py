@@ -331,7 +331,7 @@ def test_errors_of_a_document_name_the_file(tmp_path):
 
 
 def test_walls_have_an_origin(tuff):
-    kwargs = {"unit_length": "1 m", "unit_height": "1 m", "depth": "1 m", "material": tuff, "base": False}
+    kwargs = {"unit_length": "1 m", "unit_height": "1 m", "thickness": "1 m", "material": tuff, "base": False}
     (unit,) = bs.courses([[1]], **kwargs, origin=["5 m", "-20 cm", "1 m"])
     assert unit.centroid == pytest.approx([5.5, 0.3, 1.5])
 

@@ -10,7 +10,7 @@ from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Side
 from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
-SIZE = {"length": "4 m", "courses": 12, "unit_height": "25 cm", "depth": "0.5 m"}
+SIZE = {"length": "4 m", "courses": 12, "unit_height": "25 cm", "thickness": "0.5 m"}
 UNITS = {"unit_length": "0.5 m"}
 DOOR = {"start": "0.5 m", "sill": "0 m", "width": "1 m", "height": "1 m"}
 DOOR |= {"rise": "0.5 m", "ring": "0.3 m", "voussoirs": 9}
@@ -61,6 +61,19 @@ def test_a_wall_equals_the_wall_of_the_builder(tmp_path, entry, same):
     assert model.hash == bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6))).hash
 
 
+def test_a_room_equals_the_room_of_the_builder(tmp_path):
+    size = {"length": "4 m", "width": "3 m", "height": "3 m", "unit_length": "1 m", "unit_height": "0.5 m"}
+    size |= {"thickness": "0.5 m", "gable": "1 m", "bonded": False}
+    path = written(tmp_path, {}, room=size | {"material": "stone", "openings": {"left": [HOLE | {"start": "1 m"}]}})
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    del content["wall"]
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    hole = Opening("1 m", "0.5 m", "0.5 m", "0.5 m", "0 m")
+    blocks = bs.room(**size, material=STONE, openings={"left": [hole]})
+    same = bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6)))
+    assert bs.read_document(path).model.hash == same.hash
+
+
 def test_a_wall_and_blocks(tmp_path):
     post = {
         "name": "post",
@@ -79,6 +92,7 @@ def test_a_wall_and_blocks(tmp_path):
         ({"openings": [DOOR | {"centre": ["1 m", "1 m"]}]}, bs.errors.DocumentError, "/wall/openings/0 start"),
         ({"openings": [DOOR | {"raise": "1 m"}]}, bs.errors.DocumentError, "/wall/openings/0 'raise' rise"),
         ({"unit_length": "0.5 m", "openings": [DOOR | {"start": "9 m"}]}, bs.errors.ModelError, "opening 1 9 m"),
+        (UNITS | {"depth": "1 m"}, bs.errors.DocumentError, "/wall 'depth' thickness"),
         ({"rubble": {"seed": 3}}, bs.errors.DocumentError, "/wall/rubble shortest"),
         ({"sidewalls": [SIDE | {"length": "2 kg"}]}, bs.errors.DimensionError, "'side' length"),
     ],

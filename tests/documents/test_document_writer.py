@@ -22,7 +22,7 @@ LIME = bs.JointMaterial(
 @pytest.fixture
 def model():
     blocks = bs.courses(
-        [[1, 1], [0.5, 1, 0.5]], unit_length="37 cm", unit_height="17.5 cm", depth="0.3333 m", material=TUFF
+        [[1, 1], [0.5, 1, 0.5]], unit_length="37 cm", unit_height="17.5 cm", thickness="0.3333 m", material=TUFF
     )
     # Turned, so that no coordinate is a round number.
     blocks = moved(blocks, rotation((0, 0, 1), 0.3))

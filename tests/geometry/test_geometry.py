@@ -74,7 +74,7 @@ def test_u_shape_touches_twice():
 @pytest.mark.parametrize(("columns", "rows"), [(3, 4), (5, 2)])
 def test_running_bond_has_the_contacts_of_its_closed_form(tuff, dry, columns, rows):
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.1 m", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=dry)
     heads = sum(len(row) - 1 for row in bond)
     beds = columns + 2 * columns * (rows - 1)
@@ -182,7 +182,7 @@ def test_tributary_areas_have_the_centroid_of_the_area(outline, angle):
 def test_rounded_coordinates_of_a_long_tilted_wall_keep_all_contacts(tuff, dry):
     # Normals of small faces are off by rounding; over the length of the wall that is more than any tolerance.
     rows = [[1] * 60, [0.5] + [1] * 59 + [0.5], [1] * 60]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.1 m", material=tuff)
     R = rotation((1, 0.3, 0.2), 0.3)
     exact = bs.detect_interfaces(moved(blocks, R), joint_material=dry).report.accepted
     rounded = [

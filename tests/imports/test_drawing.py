@@ -52,7 +52,7 @@ def test_an_elevation_in_millimetres(draw):
     assert found.report.extent == pytest.approx((1, 0.3, 1))
     assert found.report.repairs == ()
     stones = bs.courses(
-        [[1, 1], [0.5, 1, 0.5]] * 2, unit_length="0.5 m", unit_height="0.2 m", depth="0.3 m", material=STONE
+        [[1, 1], [0.5, 1, 0.5]] * 2, unit_length="0.5 m", unit_height="0.2 m", thickness="0.3 m", material=STONE
     )
     for a, b in zip(found.blocks, stones, strict=True):
         assert a.centroid == pytest.approx(b.centroid)

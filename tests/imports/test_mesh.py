@@ -22,7 +22,7 @@ JOINT = bs.JointMaterial("joint", 0.6)
 @pytest.fixture
 def wall():
     rows = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
-    return bs.courses(rows, unit_length="0.5 m", unit_height="0.25 m", depth="0.25 m", material=STONE)
+    return bs.courses(rows, unit_length="0.5 m", unit_height="0.25 m", thickness="0.25 m", material=STONE)
 
 
 def same_bodies(one, other, rel=1e-9):
@@ -63,7 +63,7 @@ def test_obj_keeps_blocks_to_the_last_digit(tmp_path, wall):
 @few(8)
 def test_units_and_orientation_have_no_effect(tmp_path_factory, unit, turn):
     rows = [[1, 2], [0.5, 1, 1.5]]
-    blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", depth="30 cm", material=STONE)
+    blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", thickness="30 cm", material=STONE)
     blocks = moved(blocks, rotation((1, 1, 0.3), turn))
     path = bs.imports.write_obj(tmp_path_factory.mktemp("obj") / "wall.obj", blocks, unit=unit)
     same_bodies(bs.imports.read_mesh(path, unit=unit, material=STONE).blocks, blocks)

@@ -96,7 +96,7 @@ def test_refused_choices(error, words, make):
 def analysis():
     tuff = bs.library.masonry("regular soft stone").material("tuff", unit_weight="mean")
     joint = bs.library.joint("limestone, dry").joint_material("joint", friction_angle="min")
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.2 m", "material": tuff}
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.2 m", "material": tuff}
     blocks = bs.courses([[1, 1], [0.5, 1, 0.5]], **size)
     model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint))
     return bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")])

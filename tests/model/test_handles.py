@@ -79,10 +79,7 @@ def test_model_tells_its_weight_and_size(model):
     assert "1.6 × 0.3 × 0.8 m" in model.summary()
 
 
-def test_thickness_and_depth_are_one():
+def test_a_former_name_of_an_argument_is_answered_with_the_present_one():
     size = {"length": "1.6 m", "height": "0.8 m", "unit_length": "0.8 m", "unit_height": "0.4 m", "material": STONE}
-    one, other = (wall(**{name: "0.3 m"}, **size) for name in ("thickness", "depth"))
-    assert [b.volume for b in one] == [b.volume for b in other]
-    for wrong in ({}, {"depth": "0.3 m", "thickness": "0.3 m"}):
-        with pytest.raises(bs.errors.ModelError, match="give the thickness"):
-            wall(**wrong, **size)
+    with pytest.raises(bs.errors.ModelError, match="depth is now thickness"):
+        wall(**size, depth="0.3 m")

@@ -468,7 +468,7 @@ def test_ties_that_a_pushover_does_not_know(kind, more, said):
 def slipping():
     """A wall of 27 units in eight courses, pushed by 20 steps."""
     rows = [[1] * 3 if j % 2 == 0 else [0.5, 1, 1, 0.5] for j in range(8)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", 0.65))
     return model, run(model, blocks[-1].name, (1, 0, 0), steps=20)
 
@@ -533,7 +533,7 @@ def test_units_that_slide_first_and_rock_then():
     With the forces of each step found anew it was lost at 0.856 m, and 0.2 % apart at 50 mm.
     """
     rows = [[1] * 4 if j % 2 == 0 else [0.5, 1, 1, 1, 0.5] for j in range(12)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", 0.65))
     one, other = (run(model, blocks[-1].name, (1, 0, 0), steps=steps).capacity for steps in (30, 60))
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=1e-3)
@@ -549,7 +549,7 @@ def test_a_loose_unit_that_falls_ends_the_curve(steps):
     Followed on, the load factor came down to zero within a step.
     """
     rows = [[1, 1] if j % 2 == 0 else [0.35, 1, 0.65] for j in range(5)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     result = run(model_of(blocks, bs.JointMaterial("dry", 0.577)), blocks[-1].name, (-1, 0, 0), steps=steps)
     curve = result.capacity
     assert np.isnan(curve["d0"])

@@ -31,7 +31,7 @@ class Counting(ClarabelSolver):
 
 
 def wall(tuff, joint=None):
-    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     return model_of(blocks, joint or bs.JointMaterial("dry", 0.65))
 
 

@@ -20,7 +20,7 @@ TUFF = bs.Material("tuff", "14 kN/m^3")
 
 def wall(courses=5, friction=0.6, **joint):
     blocks = bs.wall(
-        length="2 m", courses=courses, unit_length="0.4 m", unit_height="0.2 m", depth="0.3 m", material=TUFF
+        length="2 m", courses=courses, unit_length="0.4 m", unit_height="0.2 m", thickness="0.3 m", material=TUFF
     )
     model = model_of(blocks, bs.JointMaterial("dry", friction, **joint))
     return model, max((b for b in blocks if not b.fixed), key=lambda b: (b.centroid[2], -b.centroid[0]))

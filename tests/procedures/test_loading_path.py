@@ -24,7 +24,7 @@ def corner(tuff):
         courses=4,
         unit_length="40 cm",
         unit_height="20 cm",
-        depth="20 cm",
+        thickness="20 cm",
         sidewalls=sides,
         material=tuff,
     )
@@ -115,7 +115,7 @@ def test_arch_has_its_associative_load_factor():
 
 def test_dilatancy_of_the_friction_angle_is_associative(tuff):
     dilatant = bs.JointMaterial("rough", friction_angle="30 deg", dilatancy_angle="30 deg")
-    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, dilatant)
     bound = solve(model, push(1, 0, 0)).load_factor
     assert exact(solve(model, push(1, 0, 0), "nonassociative", **PATH)) == pytest.approx(bound, rel=1e-4)
@@ -172,7 +172,7 @@ def test_displacement_is_in_the_history(small_model):
 
 
 def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
-    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
 
     def path(stiffness):
         joint = bs.JointMaterial("lime", 0.65, normal_stiffness=stiffness, shear_stiffness=0.4 * stiffness)
@@ -454,7 +454,7 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
         bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="2 m"),
         bs.structures.Opening(start="3.6 m", sill="0.8 m", width="1.2 m", height="1.2 m"),
     ]
-    size = {"length": "6 m", "unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
+    size = {"length": "6 m", "unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
     blocks = bs.wall(**size, courses=14, openings=openings, material=tuff)
     found = solve(model_of(blocks, dry), push(1, 0, 0), "nonassociative", path_growth=growth, **PATH)
     assert exact(found) == pytest.approx(0.4395, rel=5e-3)
@@ -466,7 +466,7 @@ def test_large_walls_end_where_tight_steps_lead(monkeypatch, columns, rows):
     """820 and 2,430 bricks in running bond: five times the patience moves the load factor by at most 0.3 %."""
     tuff = bs.Material("tuff", "12 kN/m^3")
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, bs.JointMaterial("dry", 0.65))
     found = solve(model, push(1, 0, 0), "nonassociative", **PATH)
     assert found.settled

@@ -16,7 +16,7 @@ DRY = bs.JointMaterial("dry", 0.65)
 @pytest.fixture(scope="module")
 def wall(tuff):
     rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 2
-    return bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    return bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
 
 
 @pytest.fixture(scope="module")

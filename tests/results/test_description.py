@@ -18,7 +18,7 @@ COUPLE = bs.LoadPattern("couple", [bs.Moment("block", ["0 N m", "0 N m", "1 kN m
 
 
 def wall(**options):
-    size = {"unit_length": "1.2 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": TUFF}
+    size = {"unit_length": "1.2 m", "unit_height": "0.5 m", "thickness": "0.5 m", "material": TUFF}
     return model_of(bs.wall(length="6 m", courses=6, **size, **options), LIME)
 
 

@@ -140,7 +140,7 @@ def test_mechanism_is_normalised(result):
 
 
 def test_an_uplifted_interface_is_open(tuff, dry):
-    blocks = bs.courses([[1], [1]], unit_length="1 m", unit_height="1 m", depth="1 m", material=tuff)
+    blocks = bs.courses([[1], [1]], unit_length="1 m", unit_height="1 m", thickness="1 m", material=tuff)
     model = bs.Model("stack", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
     lift = bs.LoadPattern("lift", [bs.PointLoad("2.1", ["0.5 m", "0.5 m", "2 m"], ["0 N", "0 N", "1 kN"])])
     result = solve(model, lift, "nonassociative")

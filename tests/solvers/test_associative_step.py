@@ -54,7 +54,7 @@ def test_forces_are_admissible_whatever_the_mechanism(measure, value, admissible
 def wall(strength):
     tuff = bs.Material("tuff", "12 kN/m^3")
     rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 2
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     return model_of(blocks, bs.JointMaterial("joint", 0.65, compressive_strength=strength))
 
 

@@ -22,7 +22,7 @@ def resultant(model, *loads):
 @pytest.fixture(scope="module")
 def room():
     """Four walls of 0.5 m about a room of 3 m by 4 m, with joints in plan of their own."""
-    size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
+    size = {"unit_length": "1 m", "unit_height": "0.5 m", "thickness": "0.5 m", "material": STONE}
     sides = [
         bs.structures.Sidewall("left", at="0 m", length="4.5 m"),
         bs.structures.Sidewall("right", at="3.5 m", length="4.5 m"),

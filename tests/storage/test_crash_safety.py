@@ -96,7 +96,7 @@ def test_every_procedure_is_replayed(settings, solver):
     """Whatever the first iterations were, the others follow from them as without the interruption."""
     rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
     tuff = bs.Material("tuff", "12 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, bs.JointMaterial("soft", 0.65, compressive_strength="60 kPa"))
     case = bs.LimitCase("sideways", SELF_WEIGHT, push(1, 0, 0))
     settings = settings_of(**{"procedure": "fictitious"} | settings)

@@ -10,7 +10,7 @@ import blockstruct as bs
 from refusals import refused
 
 STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.65)
-BRICK = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm", "material": STONE}
+BRICK = {"unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm", "material": STONE}
 ARCH = {"span": "4 m", "thickness": "0.5 m", "depth": "1 m", "material": STONE}
 
 
@@ -189,7 +189,7 @@ def test_no_piece_of_a_wall_is_shorter_than_a_quarter_of_a_unit():
 
 
 def test_leaves_are_tied_by_headers():
-    size = BRICK | {"depth": "40 cm"}
+    size = BRICK | {"thickness": "40 cm"}
     blocks = bs.wall(length="3.2 m", courses=8, leaves=2, header_every=4, **size)
     checked(blocks)
     assert {b.name[-1] for b in blocks if b.name.startswith("3.")} == {"a", "b"}

@@ -16,7 +16,7 @@ from structures import model_of, push, solve
 
 STONE, LIME = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("lime", 0.6)
 UNIT, HEIGHT, DEPTH = 0.5, 0.25, 0.4
-SIZE = {"unit_length": Q_(UNIT, "m"), "unit_height": Q_(HEIGHT, "m"), "depth": Q_(DEPTH, "m"), "material": STONE}
+SIZE = {"unit_length": Q_(UNIT, "m"), "unit_height": Q_(HEIGHT, "m"), "thickness": Q_(DEPTH, "m"), "material": STONE}
 RUBBLE = {name: value for name, value in SIZE.items() if name != "unit_length"}
 ROUND = Opening("1.5 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.25 m", voussoirs=13)
 SEGMENTAL = Opening("1.5 m", "0.5 m", "1.5 m", "1.25 m", rise="0.25 m", ring="0.3 m", voussoirs=9)
@@ -141,7 +141,7 @@ def test_a_wall_with_an_arch_equals_its_dxf_drawing(tmp_path):
         document.modelspace().add_lwpolyline(corners.tolist(), close=True, dxfattribs={"layer": layer})
     document.saveas(tmp_path / "wall.dxf")
     drawn = bs.imports.read_drawing(
-        tmp_path / "wall.dxf", unit="mm", thickness=SIZE["depth"], material=STONE, supports=["ground"]
+        tmp_path / "wall.dxf", unit="mm", thickness=SIZE["thickness"], material=STONE, supports=["ground"]
     )
     assert len(drawn.blocks) == len(blocks)
     found = [solve(model_of(made, LIME), push(1, 0, 0)) for made in (blocks, drawn.blocks)]

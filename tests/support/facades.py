@@ -25,7 +25,12 @@ def facade(joint=DRY):
 
 
 def small_blocks(joint=DRY, courses=12):
-    size = {"unit_length": "1 m", "unit_height": Q_(HEIGHT / courses, "m"), "depth": Q_(DEPTH, "m"), "material": STONE}
+    size = {
+        "unit_length": "1 m",
+        "unit_height": Q_(HEIGHT / courses, "m"),
+        "thickness": Q_(DEPTH, "m"),
+        "material": STONE,
+    }
     return model_of(bs.wall(length=Q_(LENGTH, "m"), courses=courses, **size), joint, "façade of small blocks")
 
 

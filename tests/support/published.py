@@ -20,5 +20,5 @@ WALLS = {
 
 def wall(number: int) -> Structure:
     """A wall pushed in its plane, 0.1 m deep, with friction of 0.65."""
-    blocks = bs.courses(WALLS[number][0], unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=STONE)
+    blocks = bs.courses(WALLS[number][0], unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=STONE)
     return Structure(f"wall {number}", "published", blocks, joint(0.65), push(1, 0, 0))

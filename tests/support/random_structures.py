@@ -107,7 +107,7 @@ def box(name: str, origin: Sequence[float], size: Sequence[float], *, fixed: boo
 
 def masonry(length: float, courses: int, depth: float, **more: object) -> list[bs.Block]:
     """A wall of units 0.5 m × 0.25 m."""
-    size = {"unit_length": "0.5 m", "unit_height": "0.25 m", "depth": metres(depth)}
+    size = {"unit_length": "0.5 m", "unit_height": "0.25 m", "thickness": metres(depth)}
     return bs.wall(length=metres(length), courses=courses, material=STONE, **size, **more)
 
 
@@ -130,7 +130,7 @@ def middle_of_top(block: bs.Block) -> np.ndarray:
 def rubble(r: Random, i: int) -> dict:
     bond = bs.structures.Rubble(seed=1 + i, shortest="0.2 m", longest=metres(r.uniform(0.45, 0.9)), overlap="0.05 m")
     size = {"length": metres(r.uniform(1.4, 3.2)), "courses": int(r.integers(4, 9)), "unit_height": "0.25 m"}
-    blocks = bs.wall(**size, depth=metres(r.uniform(0.2, 0.5)), material=STONE, rubble=bond)
+    blocks = bs.wall(**size, thickness=metres(r.uniform(0.2, 0.5)), material=STONE, rubble=bond)
     return {"blocks": blocks, "joint": joint(r.uniform(0.4, 0.8)), "variable": push(*direction(i))}
 
 
@@ -208,7 +208,7 @@ def dome(r: Random, i: int) -> dict:
 
 def portal(r: Random, i: int) -> dict:
     opening = {"pier_width": "1 m", "opening_width": "1 m", "opening_height": "0.75 m", "spandrel_height": "0.5 m"}
-    unit = {"unit_length": "0.5 m", "unit_height": "0.25 m", "depth": metres(r.uniform(0.25, 0.5))}
+    unit = {"unit_length": "0.5 m", "unit_height": "0.25 m", "thickness": metres(r.uniform(0.25, 0.5))}
     blocks = bs.structures.pier_spandrel(bays=1 + i % 2, storeys=1 + (i // 2) % 2, **opening, **unit, material=STONE)
     way = [(1, 0, 0), (0, 1, 0), (1, 0.8, 0)][i % 3]
     return {"blocks": blocks, "joint": joint(r.uniform(0.45, 0.75)), "variable": push(*way)}

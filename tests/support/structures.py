@@ -173,5 +173,5 @@ def slipping_units() -> bs.Model:
     """A wall of ten units, which slip and rock."""
     rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
     stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=stone)
     return model_of(blocks, bs.JointMaterial("dry", 0.5))

@@ -33,7 +33,7 @@ def wall(friction_coefficient):
     """Six units pushed without dilatancy and pressed down without end, and their base that sinks."""
     stone = bs.Material("stone", "20 kN/m^3")
     rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=stone)
     model = model_of(blocks, bs.JointMaterial("joint", friction_coefficient))
     down = bs.LoadPattern("press", [bs.BodyForce((0, 0, -1))])
     cases = [bs.LimitCase(load.name, SELF_WEIGHT, load) for load in (push(1, 0, 0), down)]

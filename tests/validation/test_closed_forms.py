@@ -69,7 +69,7 @@ def test_stack_of_blocks_rocks_as_one(n):
 @pytest.mark.parametrize("flow", ["associative", "nonassociative"])
 def test_wall_out_of_plane_rocks_on_its_base(tuff, dry, flow):
     rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 3
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=tuff)
     result = solve(model_of(blocks, dry), push(0, 1, 0), flow)
     assert result.load_factor == pytest.approx(0.1 / (6 * 0.175), rel=REL)
 

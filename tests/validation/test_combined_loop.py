@@ -29,7 +29,7 @@ def panel(courses: int, units: int, strength: float, depth: float = 0.2) -> bs.M
         rows = [[1]] * courses
     tuff = bs.Material("tuff", unit_weight=Q_(UNIT_WEIGHT, "N/m^3"))
     joint = bs.JointMaterial("joint", 0.65, compressive_strength=Q_(strength, "MPa"))
-    size = {"unit_length": Q_(LENGTH, "m"), "unit_height": Q_(HEIGHT, "m"), "depth": Q_(depth, "m")}
+    size = {"unit_length": Q_(LENGTH, "m"), "unit_height": Q_(HEIGHT, "m"), "thickness": Q_(depth, "m")}
     blocks = bs.courses(rows, material=tuff, **size)
     return bs.Model("panel", blocks, bs.detect_interfaces(blocks, joint_material=joint))
 

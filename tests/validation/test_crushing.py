@@ -72,7 +72,7 @@ def test_a_joint_that_bears_next_to_nothing_is_no_worse_than_its_digits():
 
 def test_a_corner_of_walls_that_crush_about_both_axes_converges():
     """Where a joint inside the walls bears 1e-4 of a block, its rounding left this case without a certificate."""
-    size = {"unit_length": "0.5 m", "unit_height": "0.5 m", "depth": "0.4 m"}
+    size = {"unit_length": "0.5 m", "unit_height": "0.5 m", "thickness": "0.4 m"}
     stone = bs.Material("stone", "20 kN/m^3")
     side = bs.structures.Sidewall("left", at="0 m", length="1.5 m")
     blocks = bs.wall(length="2 m", courses=3, material=stone, sidewalls=[side], **size)
@@ -352,7 +352,7 @@ def wall(number, fc, tuff):
     rows = WALLS[number][0]
     strength = None if fc is None else Q_(fc * 12e3, "Pa")
     joint = bs.JointMaterial("soft", 0.65, compressive_strength=strength)
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=tuff)
     return model_of(blocks, joint)
 
 

@@ -20,7 +20,7 @@ from structures import model_of, push, solve
 def wall(request, tuff, dry):
     number, depth = request.param
     rows, *expected = WALLS[number]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth=depth, material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness=depth, material=tuff)
     return model_of(blocks, dry), *expected
 
 

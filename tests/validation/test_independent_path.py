@@ -50,7 +50,7 @@ def test_what_falls_has_no_path():
 @pytest.mark.parametrize("seed", range(3))
 def test_associative_sliding_ends_at_the_associative_load_factor(seed):
     random = np.random.default_rng(seed)
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.3 m"}
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
     stone = bs.Material("stone", "20 kN/m^3")
     blocks = bs.wall(length="1.2 m", courses=int(random.integers(3, 6)), material=stone, **size)
     friction = float(random.uniform(0.3, 0.7))

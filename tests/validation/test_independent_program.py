@@ -78,7 +78,7 @@ def random_wall(rng, stone):
         [pattern[i % 2] for i in range(rows)],
         unit_length="0.4 m",
         unit_height="0.2 m",
-        depth=f"{rng.uniform(0.1, 0.4)} m",
+        thickness=f"{rng.uniform(0.1, 0.4)} m",
         material=stone,
     )
 

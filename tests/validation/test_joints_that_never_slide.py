@@ -35,7 +35,7 @@ def arch(thickness, voussoirs, joint=NEVER):
 
 
 def wall_and_return(joint):
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.2 m"}
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.2 m"}
     side = bs.structures.Sidewall("side", at="0 m", length="0.8 m")
     return model_of(bs.wall(length="1.6 m", courses=4, sidewalls=[side], material=STONE, **size), joint)
 

@@ -21,7 +21,7 @@ JOINTS = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime
 def facade(bonded):
     door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
     sides = [bs.structures.Sidewall(n, at, "1.6 m", bonded=bonded) for n, at in (("left", "0 m"), ("right", "3 m"))]
-    size = {"length": "3.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
+    size = {"length": "3.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
     tuff = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
     return bs.wall(**size, courses=12, openings=[door], sidewalls=sides, material=tuff)
 
@@ -38,7 +38,7 @@ def path(model, variable, *dead, **settings):
 @pytest.mark.parametrize("number", WALLS)
 def test_ferris_tin_loi_walls(number, tuff, dry):
     rows, _, _, associative, lowest = WALLS[number]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=tuff)
     found = path(model_of(blocks, dry), push(1, 0, 0))
     assert found == pytest.approx(lowest, rel=5e-3)
     assert found < associative
@@ -48,7 +48,7 @@ def test_ferris_tin_loi_walls(number, tuff, dry):
 def test_a_wall_of_2430_bricks_settles(tuff, dry):
     """Without acceleration of the steps its forces swing for ever, and the load factor between 0.397 and 0.407."""
     rows = [[1] * 40 if j % 2 == 0 else [0.5] + [1] * 39 + [0.5] for j in range(60)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     result = solve(model_of(blocks, dry), push(1, 0, 0), "nonassociative", procedure="loading path")
     assert (result.outcome.procedure, result.settled) == (bs.vocabulary.Procedure.LOADING_PATH, True)
     assert result.certificate.flow_rule_gap <= 1e-4 * result.load_factor

@@ -27,7 +27,7 @@ def wall(rows, length_unit="m", weight_unit="kN/m^3"):
     length, height, depth = (Q_(Q_(v, "m").to(length_unit).magnitude, length_unit) for v in SIZE)
     weight = Q_(Q_(12, "kN/m^3").to(weight_unit).magnitude, weight_unit)
     material = bs.Material("tuff", weight)
-    return bs.courses(rows, unit_length=length, unit_height=height, depth=depth, material=material)
+    return bs.courses(rows, unit_length=length, unit_height=height, thickness=depth, material=material)
 
 
 def agree(one, other, flow):

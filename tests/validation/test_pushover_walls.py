@@ -35,7 +35,7 @@ RUNS = [
 
 
 def wall(rows, tuff, dry):
-    return model_of(bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="1 m", material=tuff), dry)
+    return model_of(bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness="1 m", material=tuff), dry)
 
 
 def pushed(model, steps, rounding="0 mm"):
@@ -84,7 +84,7 @@ def test_half_the_steps_where_units_slip(tuff, dry):
 def test_a_large_wall_in_its_plane(tuff, dry):
     """205 units, of which dozens slip in every step, up to 0.3 m: sequences of shifted programs lose it at 0.1 m."""
     rows = [[1] * 8 if j % 2 == 0 else [0.5, *[1] * 7, 0.5] for j in range(24)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, dry)
     control = (blocks[-1].name, (1, 0, 0))
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), steps=20, control=control)

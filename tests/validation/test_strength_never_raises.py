@@ -53,7 +53,7 @@ def test_a_load_factor_that_crushing_lowers_is_its_own(flow):
 
 def bonded(strength=None):
     """A wall with a return bonded to it, six courses; strength in multiples of the mean stress."""
-    size = {"length": "1.6 m", "courses": 6, "unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.25 m"}
+    size = {"length": "1.6 m", "courses": 6, "unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.25 m"}
     blocks = bs.wall(**size, material=STONE, sidewalls=[bs.structures.Sidewall("side", "0 m", "0.8 m", bonded=True)])
     fc = {} if strength is None else {"compressive_strength": Q_(strength * 20 * 1.2 / 2, "kPa")}
     return model_of(blocks, bs.JointMaterial("joint", 0.6, **fc))

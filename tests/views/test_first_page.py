@@ -154,7 +154,7 @@ def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
     head = summary(stands, [below, governs])
     assert (
         "Relied on: capacity / demand 1.14 of “good” (SLV, linear), which of 2 checks bears the least share of its "
-        "site's ground acceleration, from its load factor"
+        "site's ground acceleration, with α ="
     ) in head
     said = "below 1, but satisfied: a_g,SLV counts as no less than a_g,SLD (C8.7.1.2.1.8)"
     assert f"Other checks: capacity / demand 0.846 of “back” (SLV, linear), {said}." in head

@@ -30,7 +30,7 @@ HOSTILE = "</script><b>wall</b> ’ü 墙 @data@"
 @pytest.fixture(scope="module")
 def analysis(tuff, dry):
     rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = bs.Model(HOSTILE, blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
     cases = [bs.LimitCase(f"<i>{flow}</i>", SELF_WEIGHT, push(1, 0, 0), flow) for flow in bs.Flow]
     return bs.AnalysisManager(model).run(cases)
@@ -411,7 +411,7 @@ def choose(page, name, value):
 @pytest.mark.slow
 def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dry, tmp_path):
     rows = [[1] * 21, [0.5] + [1] * 20 + [0.5]] * 10
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = bs.Model("large", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
     target = write_page(bs.AnalysisManager(model).run([case]), tmp_path / "large.html")

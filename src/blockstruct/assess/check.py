@@ -17,7 +17,7 @@ from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock, with_motion
-from blockstruct.text import SMALL, Note, Severity, direction_text, in_g, shown, smaller_bodies
+from blockstruct.text import SMALL, Note, Severity, assessment, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way, listed
 
 g = STANDARD_GRAVITY
@@ -51,7 +51,7 @@ class LocalMechanismCheck:
     method, relied_on : str
         The method and its limit state.
     limit_states : mapping of str to LimitState
-        Of the collapse mechanism.
+        Of the collapse mechanism, and SLD of the motion that the least acceleration activates.
     others : tuple of WayOfChecking
         Other ways that have a ratio at the limit state relied on.
     beside : Overturning or None
@@ -196,13 +196,7 @@ class LocalMechanismCheck:
             ),
             section("Demand at SLV", self.spectrum.lines(), Line("demand of other mechanisms", HIGHER, "C8.7.1.2.1.8")),
         ]
-        found += [
-            section(state.name, list(state.lines), is_detail=state.name != self.relied_on)
-            for state in self.limit_states.values()
-        ]
-        governing = self.verdict.governing
-        if governing.way is not Way.COLLAPSE:
-            found.append(section(f"{governing.state.name}, {governing.way}", self._governing(governing)))
+        found += [self._state(state) for state in self.limit_states.values()]
         if self.beside is not None:
             ratio = self.beside.alpha0 / self.alpha0
             found.append(
@@ -227,16 +221,24 @@ class LocalMechanismCheck:
         numbers = f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}"
         return [Line("by single blocks, not used", f"{numbers}: {why}", "C8.7.1.2.1.3")]
 
-    def _governing(self, way: WayOfChecking) -> list[Line]:
-        """Return the lines on the way that governs, if it is not the collapse mechanism."""
-        formula = (
-            f"a0* = α g / (e* FC) = {shown(way.alpha)} · {g:g} m/s² / ({shown(way.e_star)} · "
+    def _state(self, of_collapse: LimitState) -> Section:
+        """Return the lines on a limit state. The one relied on is of the way that governs, and lists the others."""
+        if of_collapse.name != self.relied_on:
+            return section(of_collapse.name, list(of_collapse.lines), is_detail=True)
+        ways = self.verdict.ways
+        first = ways[0]
+        a0 = (
+            f"a0* = α g / (e* FC) = {shown(first.alpha)} · {g:g} m/s² / ({shown(first.e_star)} · "
             f"{shown(self.confidence_factor)}) = {in_g(self.acceleration, g)}"
         )
-        # The demand is that of the collapse mechanism.
-        known = self.limit_states[self.relied_on].lines
-        other = [line for line in way.state.lines if line not in known]
-        return [Line("acceleration that activates it", formula, "C8.7.1.2.1.1, C8.7.1.2.1.5"), *other]
+        own = [Line("acceleration of this way", a0, "C8.7.1.2.1.1, C8.7.1.2.1.5")]
+        each = [
+            Line(*assessment.way_line(way.way, way.alpha, way.e_star, way.state.ratio, governs=way is first))
+            for way in ways
+        ]
+        if first.way is Way.COLLAPSE:
+            return section(first.state.name, list(first.state.lines), each if len(ways) > 1 else [])
+        return section(f"{first.state.name}, {first.way}", own, list(first.state.lines), each)
 
     @property
     def _floor(self) -> str:

@@ -224,6 +224,9 @@ class _Request:
                         raise
                     notes.append(assessment.state_left_out(state, str(error)))
         others, of_ways = self._other_ways(bodies, whole, a0_star, curve, by_q, slv)
+        # Damage begins with the first motion that is activated.
+        first = min([a0_star, *(way.alpha * g / (way.e_star * FC) for way in others)])
+        states[0] = damage(first, of_sld, with_demand=sld_site is not None)
         notes = [*of_ways, *notes_of(found, forces, bodies, whole), *notes, *c.notes()]
         notes += notes_of_demand(found.model, part, spectrum)
         notes += [
@@ -290,17 +293,17 @@ class _Request:
         a0, alpha, e_star, motion = a0_star * whole.e_star / large.e_star, alpha0, large.e_star, None
         if large is not whole and (one := state(a0)):
             ways.append(WayOfChecking(Way.WITHOUT_SMALL, alpha, e_star, one))
-            notes.append(note_of_small(whole, large, a0, one))
+            notes.append(note_of_small(whole, large, a0))
         other = least_activation(found, self.forces, [body for body in bodies if body.moves], large)
         least = a0_star * other.acceleration / (alpha0 / whole.e_star)
         if least < a0 and (one := state(least)):
             a0, alpha, e_star, motion = least, other.alpha, other.e_star, other.motion
             ways.append(WayOfChecking(Way.OTHER_MOTION, alpha, e_star, one, motion))
-            notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies, one.name, one.ratio))
+            notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies))
         low = head.lowest / head.load_factor
         if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
-            notes.insert(0, assessment.range_of_load_factor(head.range, one.ratio))
+            notes.insert(0, assessment.range_of_load_factor(head.range))
         # The notes of the case state the effect of these remedies on its load factor.
         outcome = found.outcome
         remedies = {
@@ -329,7 +332,7 @@ class _Request:
         state = slv(alone) if pushed.d0 > (1 + OTHER_CURVE) * alone.d0 else None
         if state is None:
             return [], None
-        return [assessment.overturns_alone(pushed.d0, alone.d0, state.name, state.ratio)], state
+        return [assessment.overturns_alone(pushed.d0, alone.d0)], state
 
 
 def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -> None:

@@ -52,8 +52,8 @@ def without_small(whole: Participation) -> Participation:
     return whole if whole.e_star >= large.e_star / (1 + EFFECT) else large
 
 
-def note_of_small(whole: Participation, large: Participation, a0_star: float, state: LimitState) -> Note:
-    """Return the note on bodies that move far less, with a0*, m/s², and a limit state without them."""
+def note_of_small(whole: Participation, large: Participation, a0_star: float) -> Note:
+    """Return the note on bodies that move far less, with a0* without them, m/s²."""
     _, small = whole.parted()
     return assessment.small_motions(
         small.total,
@@ -61,8 +61,6 @@ def note_of_small(whole: Participation, large: Participation, a0_star: float, st
         float(np.abs(small.displacement).max()),
         e_star=large.e_star,
         a0_star=a0_star,
-        state=state.name,
-        ratio=state.ratio,
     )
 
 
@@ -167,4 +165,4 @@ def notes_of_control(
     if -OTHER_CURVE * of_weights <= d0 - of_weights <= EFFECT * of_weights:
         return [], None
     less = slv(curve.with_d0(of_weights)) if 0 < of_weights < d0 else None
-    return [assessment.control_point(d0, of_weights, (less.name, less.ratio) if less else None)], less
+    return [assessment.control_point(d0, of_weights)], less

@@ -88,7 +88,8 @@ def unit_sizes(
     >>> case = bs.LimitCase("in plane", bs.LoadPattern("dead", [bs.SelfWeight()]), push)
     >>> def build(size):
     ...     blocks = bs.wall(
-    ...         length="2.4 m", height="2.4 m", unit_length=size, unit_height=size / 2, depth="0.3 m", material=stone
+    ...         length="2.4 m", height="2.4 m", thickness="0.3 m", unit_length=size, unit_height=size / 2,
+    ...         material=stone,
     ...     )
     ...     return bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint_material=dry)), case
     >>> found = bs.assess.unit_sizes(build, [bs.Q_(1.2, "m"), bs.Q_(0.8, "m"), bs.Q_(0.6, "m")])

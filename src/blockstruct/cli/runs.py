@@ -45,7 +45,7 @@ def demo(
     half, jamb = [0.5, 1, 1, 1, 0.5], [0.5, 1, -1, 1, 0.5]
     # The wall of the README.
     rows: list[list[float]] = [[1, 1, 1, 1], half, [1, 1, -1, 1], jamb, [1, 2, 1], half]
-    blocks = bs.courses(rows, unit_length="40 cm", unit_height="17.5 cm", depth="30 cm", material=tuff)
+    blocks = bs.courses(rows, unit_length="40 cm", unit_height="17.5 cm", thickness="30 cm", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=lime)
     model = bs.Model("wall with an opening", blocks, found)
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])

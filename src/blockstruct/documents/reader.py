@@ -11,7 +11,7 @@ import yaml
 
 from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
-from blockstruct.documents.walls import wall_of
+from blockstruct.documents.walls import room_of, wall_of
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.files import read_file, unique_pairs
 from blockstruct.model import (
@@ -156,8 +156,9 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     blocks: list[Block] = []
     for entry in content.get("courses", []):
         blocks += courses(**entry | {"material": _named(materials, entry["material"], "material")})
-    if "wall" in content:
-        blocks += wall_of(content["wall"], _named(materials, content["wall"]["material"], "material"))
+    for name, build in (("wall", wall_of), ("room", room_of)):
+        if name in content:
+            blocks += build(content[name], _named(materials, content[name]["material"], "material"))
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     detection = _detection(blocks, content["interfaces"], joints)

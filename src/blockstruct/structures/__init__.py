@@ -2,7 +2,8 @@
 
 >>> from blockstruct.model import Material
 >>> tuff = Material("tuff", "12 kN/m^3")
->>> blocks = courses([[1, 1], [0.5, 1, 0.5]], unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+>>> size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.1 m"}
+>>> blocks = courses([[1, 1], [0.5, 1, 0.5]], material=tuff, **size)
 >>> len(blocks)
 6
 """
@@ -14,6 +15,7 @@ from blockstruct.structures.cross_vault import cross_vault
 from blockstruct.structures.dome import dome
 from blockstruct.structures.openings import Opening, RoundOpening
 from blockstruct.structures.pier_spandrel import pier_spandrel
+from blockstruct.structures.room import room
 from blockstruct.structures.rubble import Rubble
 from blockstruct.structures.sides import Buttress, Sidewall
 from blockstruct.structures.wall import wall
@@ -32,6 +34,7 @@ __all__ = [
     "cross_vault",
     "dome",
     "pier_spandrel",
+    "room",
     "stack",
     "tilted",
     "wall",

@@ -97,7 +97,7 @@ class Bond:
 
     unit_length: float
     course_height: float
-    depth: float
+    thickness: float
     leaves: int = 1
     header_every: int | None = None
 
@@ -108,9 +108,9 @@ class Bond:
 
     def layers(self, number: int, shifted: bool) -> list[tuple[str, Interval, float, float]]:
         """Return name, extent through the wall, unit length and shift of the joints for each leaf, or for headers."""
-        half, thin = self.unit_length / 2, self.depth / self.leaves
+        half, thin = self.unit_length / 2, self.thickness / self.leaves
         if self.header_every and number % self.header_every == 0:
-            return [("", (0.0, self.depth), half, half / 2)]
+            return [("", (0.0, self.thickness), half, half / 2)]
         return [
             (
                 chr(ord("a") + leaf) if self.leaves > 1 else "",
@@ -120,6 +120,11 @@ class Bond:
             )
             for leaf in range(self.leaves)
         ]
+
+    def clear(self, joints: Sequence[float], faces: Sequence[float]) -> list[float]:
+        """Return the joints that are not near a face of a wall that crosses, so that a unit joins both walls."""
+        shortest = QUARTER * self.unit_length * (1 - ROUNDING)
+        return [x for x in joints if all(abs(x - face) >= shortest for face in faces)]
 
     def apart(self, part: Interval, joints: Sequence[float]) -> list[float]:
         """Return the joints that leave no short piece at an end of a part."""
@@ -147,8 +152,8 @@ class Panel:
         All openings of the panel.
     crossings
         Start and end of each panel that extends through this one in every second course, and the last such course.
-    back
-        Length by which every second course of this panel extends beyond its start.
+    back, ahead
+        Lengths by which every second course of this panel extends beyond its start and its end.
     origin
         Start of a whole unit in courses that are not shifted.
     shifts_odd
@@ -167,6 +172,7 @@ class Panel:
     openings: Sequence[AnyOpening] = ()
     crossings: Sequence[tuple[float, float, int]] = ()
     back: float = 0.0
+    ahead: float = 0.0
     origin: float = 0.0
     shifts_odd: bool = False
     within: Any = None
@@ -205,7 +211,7 @@ class Panel:
             for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
                 yield Unit(f"{number}.{k}{layer}", u, v, outline)
         for k, u in enumerate(lintels, start=1):
-            yield Unit(f"{number}.lintel{k}", u, (0.0, bond.depth))
+            yield Unit(f"{number}.lintel{k}", u, (0.0, bond.thickness))
 
     def _parts(self, number: int) -> list[Interval]:
         """Return the parts of a course between openings and panels that cross it."""
@@ -213,7 +219,7 @@ class Panel:
         parts = [(start, end)]
         if number % 2 == 0:
             crossed = [(a, b) for a, b, last in self.crossings if number <= last]
-            parts = _without([(start - self.back, end)], crossed)
+            parts = _without([(start - self.back, end + self.ahead)], crossed)
         height = self.bond.course_height
         plain = [(o, o.courses(height)) for o in self.openings if isinstance(o, Opening)]
         return _without(parts, [(o.start, o.end) for o, (low, high) in plain if low < number <= high])
@@ -231,13 +237,14 @@ class Panel:
             origin = self.origin + shift
             first, last = np.ceil((part[0] - origin) / length), np.floor((part[1] - origin) / length)
             joints: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
-            return joints
-        spans = [crossing[:2] for crossing in self.crossings]
-        spans += [*self._lintels(number - 1), *self._lintels(number + 1)]
-        others = [x for span in spans for x in span]
-        if self.back > 0:
-            others.append(self.extent[0])
-        return self.rubble.joints(number, layer, part, others)
+            return self.bond.clear(joints, self._faces())
+        lintels = [x for span in (*self._lintels(number - 1), *self._lintels(number + 1)) for x in span]
+        return self.rubble.joints(number, layer, part, [*self._faces(), *lintels])
+
+    def _faces(self) -> list[float]:
+        """Return the faces of the panels that this one is bonded with, along u."""
+        ends = zip(self.extent, (self.back, self.ahead), strict=True)
+        return [x for a, b, _ in self.crossings for x in (a, b)] + [end for end, beyond in ends if beyond > 0]
 
     def _check_bearings(self, course: int, spans: Sequence[Interval]) -> None:
         for (_, end), (start, _) in pairwise(sorted(spans)):

@@ -19,7 +19,7 @@ def courses(
     *,
     unit_length: QuantityLike,
     unit_height: QuantityLike,
-    depth: QuantityLike,
+    thickness: QuantityLike,
     material: Material,
     origin: VectorLike = ("0 m", "0 m", "0 m"),
     base: bool = True,
@@ -32,7 +32,7 @@ def courses(
     rows
         One list per course, bottom to top. A number is the length of a unit in multiples of ``unit_length``; a negative
         number is the length of a void (opening).
-    unit_length, unit_height, depth : quantity, length
+    unit_length, unit_height, thickness : quantity, length
         Length of a whole unit along x, height of every course along z, thickness of the wall along y.
     material
         Material of all blocks.
@@ -51,7 +51,7 @@ def courses(
     """
     length = positive_length(unit_length, "courses: unit_length")
     height = positive_length(unit_height, "courses: unit_height")
-    thickness = positive_length(depth, "courses: depth")
+    t = positive_length(thickness, "courses: thickness")
     x0, y0, z0 = si_vector(origin, "length", "courses: origin")
     rows = [_lengths(row, j) for j, row in enumerate(checked_tuple(rows, object, "courses: rows"), start=1)]
     check_total(sum(map(len, rows)), "courses")
@@ -62,7 +62,7 @@ def courses(
 
     def unit(name: str, x: float, x_end: float, z: float, z_end: float, *, fixed: bool = False) -> Block:
         corner = (x0 + x * length, y0, z0 + z * height)
-        vertices, faces = box(corner, ((x_end - x) * length, thickness, (z_end - z) * height))
+        vertices, faces = box(corner, ((x_end - x) * length, t, (z_end - z) * height))
         return Block(prefix + name, polyhedron(vertices, faces, prefix + name), material, fixed)
 
     blocks = [unit("base", 0.0, width, -1.0, 0.0, fixed=True)] if base else []

@@ -43,7 +43,7 @@ class Pieces:
                 self.box(panel.name + unit.name, (x, y, (number - 1) * height), (a, b, height))
         for i, opening in enumerate(panel.openings, start=1):
             for k, outline in enumerate(opening.voussoir_outlines(height), start=1):
-                self._extruded(f"{panel.name}voussoir {i}.{k}", outline, (0.0, panel.bond.depth), axes)
+                self._extruded(f"{panel.name}voussoir {i}.{k}", outline, (0.0, panel.bond.thickness), axes)
 
     def _extruded(self, name: str, outline: Array, v: tuple[float, float], axes: Array) -> None:
         foot = axes[2] + outline[:, :1] * axes[0] + outline[:, 1:] * np.array([0.0, 0.0, 1.0])

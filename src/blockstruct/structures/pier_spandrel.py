@@ -20,7 +20,7 @@ def pier_spandrel(
     spandrel_height: QuantityLike,
     unit_length: QuantityLike,
     unit_height: QuantityLike,
-    depth: QuantityLike,
+    thickness: QuantityLike,
     material: Material,
     base: bool = True,
     prefix: str = "",
@@ -36,7 +36,7 @@ def pier_spandrel(
     opening_height, spandrel_height : quantity, length
         Heights along z, multiples of the course height. The lowest openings begin on the ground. Lintels extend half a
         unit into the piers, or half of a pier that is narrower than a unit.
-    unit_length, unit_height, depth, material, base, prefix
+    unit_length, unit_height, thickness, material, base, prefix
         As for :func:`wall`.
 
     Raises
@@ -49,7 +49,7 @@ def pier_spandrel(
     >>> tuff = Material("tuff", "12 kN/m^3")
     >>> blocks = pier_spandrel(
     ...     bays=2, storeys=2, pier_width="1 m", opening_width="1 m", opening_height="1.2 m", spandrel_height="0.6 m",
-    ...     unit_length="0.5 m", unit_height="0.2 m", depth="0.25 m", material=tuff,
+    ...     unit_length="0.5 m", unit_height="0.2 m", thickness="0.25 m", material=tuff,
     ... )
     >>> [b.name for b in blocks if "lintel" in b.name]
     ['7.lintel1', '7.lintel2', '16.lintel1', '16.lintel2']
@@ -84,7 +84,7 @@ def pier_spandrel(
         courses=m * round((opening + spandrel) / course),
         unit_length=unit_length,
         unit_height=unit_height,
-        depth=depth,
+        thickness=thickness,
         material=material,
         openings=openings,
         base=base,

@@ -35,8 +35,8 @@ class Sidewall(ModelObject):
     name
         Prefix of its units.
     at : quantity, length
-        Start of its thickness along the wall: zero for a return at the left end, length minus depth of the wall for a
-        return at the right end (L), a value in between for a T.
+        Start of its thickness along the wall: zero for a return at the left end, length minus thickness of the wall for
+        a return at the right end (L), a value in between for a T.
     length : quantity, length
         Length from the back of the wall.
     openings
@@ -55,11 +55,11 @@ class Sidewall(ModelObject):
 
     def width_in(self, wall: Bond) -> float:
         """Return the width along a wall, which is its thickness, m."""
-        return wall.depth
+        return wall.thickness
 
     def panel(self, wall: Bond, heads: Sequence[float], rubble: RubbleJoints | None) -> Panel:
         """Return the panel of the sidewall, from the back of a wall with courses up to ``heads``."""
-        name, t = f"{self.name}.", wall.depth
+        name, t = f"{self.name}.", wall.thickness
         axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [self.at, t, 0.0]])
         extent, openings = (0.0, self.length), self.openings
         if not self.bonded:
@@ -123,10 +123,10 @@ class Buttress(ModelObject):
 
     def panel(self, wall: Bond, heads: Sequence[float], rubble: RubbleJoints | None) -> Panel:
         """Return the panel of the buttress, from the face or the back of a wall with courses up to ``heads``."""
-        outwards, foot = (1.0, wall.depth) if self.behind else (-1.0, 0.0)
+        outwards, foot = (1.0, wall.thickness) if self.behind else (-1.0, 0.0)
         height = self.courses * wall.course_height
         # In courses that extend through the wall, half of a unit is in the wall.
-        back = -wall.depth
+        back = -wall.thickness
         slope = [(back, 0.0), (self.projection, 0.0), (self.top_projection, height), (back, height)]
         return Panel(
             name=f"{self.name}.",
@@ -134,7 +134,7 @@ class Buttress(ModelObject):
             axes=np.array([[0.0, outwards, 0.0], [1.0, 0.0, 0.0], [self.at, foot, 0.0]]),
             heads=heads[: self.courses],
             extent=(0.0, self.projection),
-            back=wall.depth if self.bonded else 0.0,
+            back=wall.thickness if self.bonded else 0.0,
             within=shapely.Polygon(slope),
             rubble=rubble,
         )
@@ -145,7 +145,7 @@ Side = Sidewall | Buttress
 
 def check_sides(sides: Sequence[Side], openings: Sequence[AnyOpening], end: float, courses: int, wall: Bond) -> None:
     """Refuse sidewalls and buttresses off the wall or too high, or that overlap each other or an opening."""
-    slack = ROUNDING * wall.depth
+    slack = ROUNDING * wall.thickness
     for k, side in enumerate(sides):
         width, place = side.width_in(wall), "at the back of" if side.behind else "in front of"
         who = f"wall: {label(side)} at {side.at:.6g} m"

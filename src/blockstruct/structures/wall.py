@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import shapely
@@ -29,8 +30,7 @@ def wall(
     height: QuantityLike | None = None,
     unit_length: QuantityLike | None = None,
     unit_height: QuantityLike,
-    depth: QuantityLike | None = None,
-    thickness: QuantityLike | None = None,
+    thickness: QuantityLike,
     material: Material,
     openings: Sequence[AnyOpening] = (),
     sidewalls: Sequence[Sidewall] = (),
@@ -45,8 +45,8 @@ def wall(
     """Return the blocks of a wall along x in running bond or of rubble, with openings, sidewalls and buttresses.
 
     Every second course is shifted by half a unit. A joint that would leave less than a quarter of a unit at an end, at
-    an opening or at a slope is dropped, and the piece is joined to its neighbour. Units at rings of voussoirs and under
-    slopes are cut to fit exactly.
+    an opening, at a slope or at the face of a bonded sidewall is dropped, and the piece is joined to its neighbour.
+    Units at rings of voussoirs and under slopes are cut to fit exactly.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def wall(
         Height of all courses, in place of their number: a multiple of ``unit_height``.
     unit_length, unit_height : quantity, length
         Length of a whole unit (for rubble, by default, the mean of its limits), and height of every course.
-    thickness, depth : quantity, length
-        Thickness along y from y = 0, of the sidewalls, too. Both names mean the same: give one.
+    thickness : quantity, length
+        Thickness along y from y = 0, of the sidewalls, too.
     material
         Material of all blocks.
     openings
@@ -93,7 +93,7 @@ def wall(
     Examples
     --------
     >>> tuff = Material("tuff", "12 kN/m^3")
-    >>> size = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm", "material": tuff}
+    >>> size = {"unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm", "material": tuff}
     >>> from blockstruct.structures import Opening
     >>> door = Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
     >>> sides = [Sidewall("left", at="0 m", length="2 m"), Sidewall("right", at="3 m", length="2 m")]
@@ -103,69 +103,99 @@ def wall(
     >>> round(sum(b.volume for b in blocks[1:]) / 0.2, 6) == 2 * 2 * 2.4 + 3.2 * 2.4 - 0.8 * 1.6
     True
     """
-    if (thickness is None) == (depth is None):
-        msg = "wall: give the thickness, or the depth, which means the same; one of them"
-        raise ModelError(msg)
-    name, width = ("depth", depth) if thickness is None else ("thickness", thickness)
-    reach, t = positive_length(length, "wall: length"), positive_length(width, f"wall: {name}")
-    course = positive_length(unit_height, "wall: unit_height")
-    number = _courses(courses, height, course)
-    if rubble is not None and not isinstance(rubble, Rubble):
-        msg = f"wall: rubble is {shown(rubble)}; give a Rubble"
-        raise ModelError(msg)
-    headers = None if header_every is None else checked_count(header_every, 2, "wall: header_every")
-    bond = Bond(_unit(unit_length, rubble), course, t, checked_count(leaves, 1, "wall: leaves"), headers)
+    reach = positive_length(length, "wall: length")
+    bond, number = bond_of(
+        "wall", courses, height, unit_length, unit_height, thickness, leaves=leaves, headers=header_every, rubble=rubble
+    )
+    course, t = bond.course_height, bond.thickness
     front = checked_tuple(openings, AnyOpening, "wall: openings")
     sides = checked_tuple(sidewalls, Sidewall, "wall: sidewalls")
     sides += checked_tuple(buttresses, Buttress, "wall: buttresses")
-    heads, within = [k * course for k in range(1, number + 1)], None
-    if gable is not None:
-        rise, top = positive_length(gable, "wall: gable"), number * course
-        heads += gable_levels(reach, top, rise, course, bond.smallest)
-        within = shapely.Polygon([(0, 0), (reach, 0), (reach, top), (reach / 2, top + rise), (0, top)])
+    heads, within = gable_of(reach, number, gable, bond, "wall")
     check_openings(front, reach, course, number, "wall", within)
     check_sides(sides, front, reach, number, bond)
-    shortest = min(bond.unit_length, rubble.shortest if rubble else math.inf)
-    check_total(len(heads) * bond.leaves * (reach + sum(s.length for s in sides)) / shortest, "wall")
-
-    def drawn(name: str) -> RubbleJoints | None:
-        return None if rubble is None else RubbleJoints(rubble, name)
+    check_units(len(heads) * (reach + sum(s.length for s in sides)), bond, rubble, "wall")
 
     laid = Pieces(prefix, material, course)
     if base:
         before, behind = (max((s.length for s in sides if s.behind is at), default=0.0) for at in (False, True))
         laid.box("base", (0.0, -before, -course), (reach, before + t + behind, course), fixed=True)
-    panels = [side.panel(bond, heads[:number], drawn(side.name)) for side in sides]
+    panels = [side.panel(bond, heads[:number], joints_of(rubble, side.name)) for side in sides]
     # In every second course the wall leaves room for the sidewalls and buttresses that extend through it.
     ends = [(s.at, s.at + s.width_in(bond), len(p.heads)) for s, p in zip(sides, panels, strict=True) if s.bonded]
-    laid.panel(Panel("", bond, _FRONT, heads, (0.0, reach), front, ends, within=within, rubble=drawn("")))
+    laid.panel(Panel("", bond, _FRONT, heads, (0.0, reach), front, ends, within=within, rubble=joints_of(rubble, "")))
     for panel in panels:
         laid.panel(panel)
     return laid.blocks
 
 
-def _unit(unit_length: QuantityLike | None, rubble: Rubble | None) -> float:
+def bond_of(
+    who: str,
+    courses: int | None,
+    height: QuantityLike | None,
+    unit_length: QuantityLike | None,
+    unit_height: QuantityLike,
+    thickness: QuantityLike,
+    *,
+    leaves: int,
+    headers: int | None,
+    rubble: Rubble | None,
+) -> tuple[Bond, int]:
+    """Return the bond of a wall and the number of its courses, from the arguments of a builder."""
+    t, course = positive_length(thickness, f"{who}: thickness"), positive_length(unit_height, f"{who}: unit_height")
+    number = _courses(who, courses, height, course)
+    if rubble is not None and not isinstance(rubble, Rubble):
+        msg = f"{who}: rubble is {shown(rubble)}; give a Rubble"
+        raise ModelError(msg)
+    every = None if headers is None else checked_count(headers, 2, f"{who}: header_every")
+    unit = _unit(who, unit_length, rubble)
+    return Bond(unit, course, t, checked_count(leaves, 1, f"{who}: leaves"), every), number
+
+
+def joints_of(rubble: Rubble | None, name: str) -> RubbleJoints | None:
+    """Return the joints of a panel of rubble; None for a regular bond."""
+    return None if rubble is None else RubbleJoints(rubble, name)
+
+
+def check_units(length: float, bond: Bond, rubble: Rubble | None, who: str) -> None:
+    """Refuse more units than a model can have, for the length of all courses, m."""
+    shortest = min(bond.unit_length, rubble.shortest if rubble else math.inf)
+    check_total(length * bond.leaves / shortest, who)
+
+
+def gable_of(length: float, number: int, rise: QuantityLike | None, bond: Bond, who: str) -> tuple[list[float], Any]:
+    """Return the upper sides of all courses of a wall, m, and its polygon, which is None without a gable."""
+    course, top = bond.course_height, number * bond.course_height
+    heads = [k * course for k in range(1, number + 1)]
+    if rise is None:
+        return heads, None
+    above = positive_length(rise, f"{who}: gable")
+    heads += gable_levels(length, top, above, course, bond.smallest)
+    return heads, shapely.Polygon([(0, 0), (length, 0), (length, top), (length / 2, top + above), (0, top)])
+
+
+def _unit(who: str, unit_length: QuantityLike | None, rubble: Rubble | None) -> float:
     """Return the length of a whole unit, m; by default the mean of the limits of rubble."""
     if unit_length is not None:
-        return positive_length(unit_length, "wall: unit_length")
+        return positive_length(unit_length, f"{who}: unit_length")
     if rubble is None:
-        msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
+        msg = f"{who}: unit_length is missing; give the length of a whole unit, or rubble"
         raise ModelError(msg)
     return float(rubble.shortest + rubble.longest) / 2
 
 
-def _courses(courses: int | None, height: QuantityLike | None, course: float) -> int:
+def _courses(who: str, courses: int | None, height: QuantityLike | None, course: float) -> int:
     """Return the number of courses, given as such or as the height of the wall."""
     if (courses is None) == (height is None):
-        msg = "wall: give the number of courses or the height, one of them"
+        msg = f"{who}: give the number of courses or the height, one of them"
         raise ModelError(msg)
     if height is None:
-        return checked_count(courses, 1, "wall: courses")
-    number = positive_length(height, "wall: height") / course
+        return checked_count(courses, 1, f"{who}: courses")
+    number = positive_length(height, f"{who}: height") / course
     if not math.isclose(number, round(number)):
         msg = (
-            f"wall: height {shown(height)} is {number:.4g} courses of {course:.4g} m; give a whole number of them, "
+            f"{who}: height {shown(height)} is {number:.4g} courses of {course:.4g} m; give a whole number of them, "
             f"such as {math.ceil(number) * course:.6g} m, or another unit_height"
         )
         raise ModelError(msg)
-    return checked_count(round(number), 1, "wall: courses")
+    return checked_count(round(number), 1, f"{who}: courses")

@@ -98,6 +98,13 @@ _WAYS = {
 }
 
 
+def way_line(way: Way, alpha: float, e_star: float, ratio: float, *, governs: bool) -> tuple[str, str]:
+    """Return the name of a way to check, and its multiplier, e* and capacity over demand."""
+    relied = ", relied on" if governs else ""
+    numbers = f"α = {shown(alpha)}, e* = {shown(e_star)}: capacity / demand = {ratio_text(ratio)}{relied}"
+    return str(way), numbers
+
+
 def acceleration_in_g(ag: float, text: str) -> str:
     """Return a ground acceleration, given its text in multiples of gravity."""
     return f"{text} g" if np.isfinite(ag) else BEYOND
@@ -109,9 +116,23 @@ def direction_without(name: str, status: Status) -> Note:
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
-def direction_unsettled(name: str) -> Note:
-    """Return the note on a direction of a building whose load factor has not settled."""
-    text = f"The load factor of “{name}” has not settled, so nothing covers this direction."
+def direction_unsettled(name: str, ratio: float, least: float, *, is_limit: bool) -> Note:
+    """Return the note on a direction of a building whose load factor has not settled.
+
+    Parameters
+    ----------
+    name, ratio
+        Of its case: name, and capacity over demand of the load factor that has not settled.
+    least
+        Capacity over demand of the direction that governs.
+    is_limit
+        Whether the load factor is the one without crushing, which crushing raised.
+    """
+    why = "is without crushing, an upper limit" if is_limit else "has not settled"
+    text = (
+        f"The load factor of “{name}” {why}: capacity / demand {ratio_text(ratio)}. It governs instead if the true one "
+        f"is lower by more than {1 - least / ratio:.0%}. Rule that out before signing."
+    )
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
@@ -134,6 +155,23 @@ def unit_sizes(what: str, sizes: Sequence[float], values: Sequence[float], fine:
         text += f" {'; '.join(each)}."
     band = f" ± {scatter:.2g}" if np.isfinite(scatter) and shown(fine + scatter) != shown(fine) else ""
     return f"{text} A fine bond would give about {shown(fine)}{band}."
+
+
+# -- progress ----------------------------------------------------------------------------------------------------------
+
+
+def runs_planned(model: str, blocks: int, directions: int, variants: int) -> str:
+    """Return the line on the runs of a building: its directions, and the variants of the one that governs."""
+    return (
+        f"{model}: {counted(blocks, 'block')}; {counted(directions, 'direction')}, then {counted(variants, 'run')} for "
+        "the range of the one that governs"
+    )
+
+
+def run_ended(case: str, status: Status, done: int, count: int, elapsed: float) -> str:
+    """Return the line on a run that ended, with the time so far, s, and an estimate of the time left."""
+    left = f", about {elapsed / done * (count - done):.0f} s left" if done < count else ""
+    return f"run {done} of {count}, {case}: {status.words} after {elapsed:.0f} s{left}"
 
 
 # -- the collapse state ------------------------------------------------------------------------------------------------
@@ -192,9 +230,7 @@ def masses_differ(dead: float, pushed: float) -> Note:
     return _caution(NoteCode.MASSES_DIFFER, text)
 
 
-def small_motions(
-    small: float, total: float, delta: float, *, e_star: float, a0_star: float, state: str, ratio: float
-) -> Note:
+def small_motions(small: float, total: float, delta: float, *, e_star: float, a0_star: float) -> Note:
     """Return the note on bodies that move far less than the others along the push.
 
     Parameters
@@ -203,19 +239,18 @@ def small_motions(
         Weight of these bodies and of all that move, N.
     delta
         Their largest displacement, relative to the largest of all.
-    e_star, a0_star, state, ratio
-        Without them: e*, a0* (m/s²), and capacity over demand of a limit state.
+    e_star, a0_star
+        Without them: e* and a0*, m/s².
     """
     text = (
         f"Bodies of {shown(small / 1e3)} kN out of {shown(total / 1e3)} kN move less than half as far as the others in "
-        f"the mean, up to {delta:.2g} of the largest δ. e* counts their whole weight, which raises a0*. Rely on the "
-        "values without "
-        f"them: e* = {shown(e_star)}, a0* = {in_g(a0_star, g)}, capacity / demand of {state} = {ratio_text(ratio)}."
+        f"the mean, up to {delta:.2g} of the largest δ. e* counts their whole weight, which raises a0*. Without "
+        f"them e* = {shown(e_star)}, and a0* = {in_g(a0_star, g)}."
     )
     return _caution(NoteCode.SMALL_MOTIONS, text)
 
 
-def other_motion(found: float, alpha: float, e_star: float, bodies: int, state: str, ratio: float) -> Note:
+def other_motion(found: float, alpha: float, e_star: float, bodies: int) -> Note:
     """Return the note on a motion that a smaller acceleration activates than the collapse mechanism.
 
     Parameters
@@ -224,14 +259,11 @@ def other_motion(found: float, alpha: float, e_star: float, bodies: int, state: 
         α0 of the collapse mechanism.
     alpha, e_star, bodies
         Of the motion.
-    state, ratio
-        Limit state and capacity over demand of the motion.
     """
     more = f"At {alpha / found - 1:.1%} more than α0" if alpha > 1.0005 * found else "At α0"
     text = (
         f"{more}, α = {shown(alpha)}, another motion of {counted(bodies, 'body', 'bodies')} with e* = {shown(e_star)} "
-        f"is activated. It needs a smaller a0* than the collapse mechanism. Rely on capacity / demand of {state} = "
-        f"{ratio_text(ratio)}."
+        "is activated. It needs a smaller a0* than the collapse mechanism."
     )
     return _caution(NoteCode.OTHER_MOTION, text)
 
@@ -293,37 +325,32 @@ def floor_on_ground(floor: float, ground: float) -> Note:
 # -- what to rely on ---------------------------------------------------------------------------------------------------
 
 
-def range_of_load_factor(range_text: str, ratio: float) -> Note:
-    """Return the note on a load factor with a range, and the ratio at its lower end."""
-    text = f"The load factor is {range_text}. Rely on its lower end: capacity / demand {ratio_text(ratio)}."
-    return _caution(NoteCode.RANGE, text)
+def range_of_load_factor(range_text: str) -> Note:
+    """Return the note on a load factor with a range."""
+    return _caution(NoteCode.RANGE, f"The load factor is {range_text}. The check counts its lower end.")
 
 
-def control_point(d0: float, of_weights: float, relied: tuple[str, float] | None) -> Note:
+def control_point(d0: float, of_weights: float) -> Note:
     """Return the note on a control point that does not move with the weights.
 
     Parameters
     ----------
     d0, of_weights
         By the control point, and by the mean displacement of the weights P + Q, m.
-    relied
-        Limit state and ratio by the smaller one, if that is of the weights.
     """
-    ratio = "" if relied is None else f", with which capacity / demand of {relied[0]} = {ratio_text(relied[1])}"
     text = (
         f"The control point gives d0 = {shown(d0, 'm')}, the mean of the weights P + Q {shown(of_weights, 'm')}: they "
-        "do not move in proportion along the curve. Choose a control point near the centroid of the weights, and rely "
-        f"on the smaller value{ratio}."
+        "do not move in proportion along the curve. Choose a control point near the centroid of the weights."
     )
     return _caution(NoteCode.CONTROL_POINT, text)
 
 
-def overturns_alone(pushover: float, alone: float, state: str, ratio: float) -> Note:
+def overturns_alone(pushover: float, alone: float) -> Note:
     """Return the note on a body that by itself overturns before the pushover ends, with both d0, m."""
     text = (
         f"The pushover ends at d0 = {shown(pushover, 'm')}, but a body that turns about its hinge alone overturns at "
         f"{shown(alone, 'm')}. In the pushover, friction on its sides, which depends on self-stress, or other blocks "
-        f"hold it, too. Unless they are verified, rely on capacity / demand of {state} = {ratio_text(ratio)}."
+        "hold it, too. Verify them, or use the smaller d0."
     )
     return _caution(NoteCode.OVERTURNS_ALONE, text)
 

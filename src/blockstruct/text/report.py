@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from blockstruct.text.answer import Answer
-from blockstruct.text.numbers import ratio_text
+from blockstruct.text.numbers import ratio_text, shown
 from blockstruct.vocabulary import Status, counted
 
 #: Checks that a sentence lists.
@@ -49,7 +49,7 @@ def number(case: str, value: str, answer: Answer, *, cases: int, has_mixed_units
     )
 
 
-def ratio(case: str, state: str, value: float, load_factor: str, *, checks: int) -> str:
+def ratio(case: str, state: str, value: float, alpha: float, *, checks: int) -> str:
     """Return the sentence on the governing check.
 
     Parameters
@@ -58,17 +58,14 @@ def ratio(case: str, state: str, value: float, load_factor: str, *, checks: int)
         Names of the case and of the limit state.
     value
         Capacity over demand.
-    load_factor
-        Text of the load factor.
+    alpha
+        Multiplier of the motion relied on.
     checks
         Number of checks.
     """
     least = f", which of {checks} checks bears the least share of its site's ground acceleration"
     among = least if checks > 1 else ""
-    return (
-        f"Relied on: capacity / demand {ratio_text(value)} of “{case}” ({state}){among}, from its load factor "
-        f"{load_factor}."
-    )
+    return f"Relied on: capacity / demand {ratio_text(value)} of “{case}” ({state}){among}, with α = {shown(alpha)}."
 
 
 def other_checks(checks: Sequence[tuple[str, str, float, str]]) -> str:

@@ -6,7 +6,7 @@ by their own names.
 
 >>> import blockstruct as bs
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
->>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", depth="1 m", material=tuff)
+>>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", thickness="1 m", material=tuff)
 >>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry))
 >>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 >>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")

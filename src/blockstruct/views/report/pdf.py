@@ -1,11 +1,13 @@
 """The report as PDF, without a browser."""
 
+import re
+from collections.abc import Iterator
 from typing import Any
 
 import blockstruct as bs
 
-#: Classes of the body for ever less room; the first that keeps the summary on one page is taken.
-_STYLES = ("", "crowded", "crowded small", "crowded bare")
+#: Classes of the body for ever less room.
+_STYLES = ("", "crowded", "crowded small")
 #: Anchor of the page after the summary.
 _NEXT = "after-summary"
 
@@ -39,8 +41,8 @@ def pdf_of(html: str) -> bytes:
             return super().fetch(url, headers)
 
     try:
-        for style in _STYLES if f'id="{_NEXT}"' in html else ("",):
-            styled = html.replace("<body>", f'<body class="{style}">', 1)
+        # The first that keeps the summary on one page is taken.
+        for styled in _styled(html) if f'id="{_NEXT}"' in html else [html]:
             document = HTML(string=styled, url_fetcher=OnlyWithin()).render()
             if any(_NEXT in page.anchors for page in document.pages[:2]):
                 break
@@ -48,3 +50,13 @@ def pdf_of(html: str) -> bytes:
     except FatalURLFetchingError as error:
         msg = f"report as PDF: {error}; put pictures and styles into the template, as data: addresses"
         raise bs.errors.StorageError(msg) from error
+
+
+def _styled(html: str) -> Iterator[str]:
+    """Yield the report for ever less room on its first page, at last with the notes of that page in the appendix."""
+    for style in _STYLES:
+        yield html.replace("<body>", f'<body class="{style}">', 1)
+    notes, marked = re.compile("<!-- notes -->(.*?)<!-- end of notes -->", re.DOTALL), "<!-- other notes -->"
+    found = notes.search(html)
+    moved = notes.sub("", html).replace(marked, found[1] if found else marked, 1)
+    yield moved.replace("<body>", '<body class="crowded">', 1)

@@ -123,7 +123,7 @@ def _sentence(
         return report.no_number(name, head.status, head.answer, cases=cases, checks=len(checks))
     if check is None:
         return report.number(name, head.number, head.answer, cases=cases, has_mixed_units=mixed)
-    return report.ratio(name, check.relied_on, check.ratio, head.number, checks=len(checks))
+    return report.ratio(name, check.relied_on, check.ratio, check.verdict.governing.alpha, checks=len(checks))
 
 
 def _between(analysis: bs.Analysis) -> str:
