@@ -82,4 +82,4 @@ def test_model_tells_its_weight_and_size(model):
 def test_a_former_name_of_an_argument_is_answered_with_the_present_one():
     size = {"length": "1.6 m", "height": "0.8 m", "unit_length": "0.8 m", "unit_height": "0.4 m", "material": STONE}
     with pytest.raises(bs.errors.ModelError, match="depth is now thickness"):
-        wall(**size, thickness="0.3 m")
+        wall(**size, depth="0.3 m")
