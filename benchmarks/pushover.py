@@ -1,7 +1,7 @@
 """Cost of a pushover, as a ratio to one associative solve of the same model.
 
 Prints for walls of several sizes, pushed across, where the wall rocks as one, and in their plane, where units slip and
-catch: states of the curve, factorisations per state, and the processor time of the curve,
+catch: states of the curve, iterations per state, and the processor time of the curve,
 without that of the collapse state it starts from, in associative solves: in those of the conic solver alone, and in
 those of an associative case with its assembly and certificates. Run it with ``make bench``.
 """
@@ -53,8 +53,8 @@ def measured(model: bs.Model, direction: tuple[int, int, int], steps: int) -> st
     found: list[bs.CaseResult] = []
     spent = seconds(lambda: found.append(manager.run([pushover])["push"]), 1) - seconds(lambda: manager.run([limit]), 1)
     curve, ended = found[0].capacity, found[0].curve_ended
-    factorisations = float(curve["solver_iterations"].mean())
-    return f"{curve.sizes['step']:>8}{factorisations:>12.1f}{spent / solver:>8.1f}{spent / case:>8.1f}  {ended}"
+    iterations = float(curve["solver_iterations"].mean())
+    return f"{curve.sizes['step']:>8}{iterations:>12.1f}{spent / solver:>8.1f}{spent / case:>8.1f}  {ended}"
 
 
 def main() -> None:

@@ -20,8 +20,6 @@ _JUDGED = {
     "interpenetration": ("contact", "blocks penetrate by at most {} of the largest motion"),
     "flow_rule_gap": ("flow rule", "missed by {} of the load factor, or of the dead load for a reaction"),
 }
-#: Tolerance of the equilibrium residual and the yield excess of pushover states, in the units of the certificate.
-FORCES = 1e-5
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
-from blockstruct.limit.certificate import FORCES
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
@@ -22,8 +21,11 @@ SAME = 0.05
 #: Number of recent steps. Their work measures the gap of a step, and the longest of them limits the next step.
 RECENT = 4
 #: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
-#: the largest interpenetration, relative to the fastest point. Least work that counts, relative to the first state.
+#: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
+#: Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
+#: Share of its capacity by which the force of a yielding tie may miss it.
+ROUNDING = 1e-9
 
 
 class Course:
@@ -84,13 +86,16 @@ class Course:
             return longest, self._tight
         capacity = self.problem.statics.ties.capacity
         grown = np.maximum(self._tight, lengths - self.problem.compliance * capacity)
-        yields = self.last.tie_force >= (1 - FORCES) * capacity
+        yields = self.last.tie_force >= (1 - ROUNDING) * capacity
         return longest, np.where(yields, grown, self._tight)
 
-    def complete(self, found: MotionState) -> MotionState:
-        """Return a state with its energies and its certificate."""
+    def complete(self, found: MotionState, moved: MovedProblem | None = None) -> MotionState:
+        """Return a state with its energies and its certificate.
+
+        The problem at its placement is set up if it is not given.
+        """
         placement = Placement.at(found.position, found.rotation)
-        moved = self.at(placement, found.reach)
+        moved = moved or self.at(placement, found.reach)
         problem, time, alpha = moved.problem, found.motion_time, found.load_factor
         x, T = forces_at(moved, found), found.tie_force[moved.holds] / problem.ties.force_unit
         u = moved.velocities(found.twist)
@@ -111,7 +116,7 @@ class Course:
         first = self.curve[0][1] if self.curve else alpha
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
-        within = max(c.equilibrium_residual, c.yield_excess) <= FORCES and c.interpenetration <= CERTIFIED
+        within = max(c.equilibrium_residual, c.yield_excess, c.interpenetration) <= CERTIFIED
         state = replace(
             found,
             displacement=self.problem.control.displacement(placement),

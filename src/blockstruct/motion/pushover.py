@@ -328,7 +328,7 @@ class _Path:
         least, moved, paced = SHORTEST * wanted, self._course.at(placement, reach), False
         before = forces_at(moved, memory)
         while True:
-            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far, np.inf)
+            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far)
             if solved is None:
                 return None
             motion = moved.twist(solved.u / time)
@@ -371,19 +371,19 @@ class _Path:
         moved = self._course.at(placement, reach)
         before = forces_at(moved, memory)
         while height > CLOSED * self._length:
-            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far, height)
+            solved, inertia_time = self._step(moved, before, twist, wanted, far, height, ATTEMPTS[0][1])
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 jams = abs(solved.load_factor) > JAMS * self.scale
-                return None if jams else self._completed(moved, solved, time, inertia_time, falls=True)
+                return None if jams else self._completed(moved, solved, wanted, inertia_time, falls=True)
             height = min(height, reach) / 4
         return None
 
     def _attempted(
-        self, moved: MovedProblem, before: Array, twist: Array, wanted: float, far: float, falls: float
+        self, moved: MovedProblem, before: Array, twist: Array, wanted: float, far: float
     ) -> tuple[StepSolution | None, float, float]:
         """Return the first solution of the attempts at a step, its time and its time of inertia."""
         for share, inertia in ATTEMPTS:
-            solved, inertia_time = self._step(moved, before, twist, share * wanted, far, falls, inertia)
+            solved, inertia_time = self._step(moved, before, twist, share * wanted, far, np.inf, inertia)
             if solved is not None:
                 return solved, share * wanted, inertia_time
         return None, np.nan, np.nan
@@ -395,7 +395,7 @@ class _Path:
         motion = moved.twist(solved.u / time)
         state = self._state(moved, solved, motion, time, inertia_time, falls=falls)
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
-        return self._course.complete(state)
+        return self._course.complete(state, moved)
 
     def _shortened(
         self,
@@ -513,6 +513,8 @@ class _Path:
         The way ends just before the tie breaks, or just after if the tie is near its limit already.
         """
         ties = self._problem.statics.ties
+        if not len(ties):
+            return 1.0
         placement = Placement.at(found.position, found.rotation)
         limit = ties.elongation_limit
         longest = self._course.at(placement, found.reach).longest - ties.span

@@ -43,7 +43,7 @@ class MotionState:
     point_of_contact, normal_of_contact, force_of_contact : (P, 3) arrays
         Position, m, direction from the minus to the plus block, and force on the plus block, N.
     solver_iterations : int
-        Factorisations of all attempts at the step.
+        Iterations of all solutions of the step.
     solver_time : float
         Seconds.
 

@@ -47,7 +47,7 @@ _VALUES = {
     "flow_rule_gap": ("dimensionless", "work by which the flow rule is missed, in units of α"),
     "holds": ("dimensionless", "1 if the certificate of the state holds"),
     "contact_points": ("dimensionless", "number of contact points"),
-    "solver_iterations": ("dimensionless", "factorisations"),
+    "solver_iterations": ("dimensionless", "iterations of the step"),
     "solver_time": ("time", "time of the step"),
 }
 _OF_CONTACT = ("minus_of_contact", "plus_of_contact")

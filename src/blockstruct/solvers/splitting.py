@@ -171,9 +171,9 @@ class Splitting:
         all_weights = penalty * self._weights(guess.x)
         H, weight = self._inverse(all_weights), all_weights[self._order]
         AH = sp.csr_array(contact.A @ H)
-        solve = _factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
+        solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
         push = solve(w_L)
-        stiffness = _dot(w_L, push)
+        stiffness = dot(w_L, push)
         # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities.
         asked = sp.csr_array(sp.hstack([self._E.T @ sp.diags_array(weight), self._dilates]))
         of_asked, of_motion = sp.csr_array(H @ asked), sp.csr_array(-AH.T)
@@ -192,7 +192,7 @@ class Splitting:
             wishes = np.concatenate([y - dual, slip])
             b = pulls @ wishes
             b += loads
-            alpha = 0.0 if step.displacement is None else (step.displacement - _dot(push, b)) / stiffness
+            alpha = 0.0 if step.displacement is None else (step.displacement - dot(push, b)) / stiffness
             b += alpha * w_L
             u = solve(b)
             rows = rows_of @ np.concatenate([wishes, u])
@@ -209,9 +209,9 @@ class Splitting:
                 slip = slip + FOLLOWS * (self._slip(-weight * dual) - slip)
             if k % LOOK == 0:
                 # No forces are left if the load lifts everything.
-                size, of_friction = (max(_size(v), _size(w_D), 1e-300) for v in (y, resistance))
-                missed, changed = _size(forces - y) / size, _size(y - before) / size
-                lag = _size(wanted - resistance) / of_friction
+                size, of_friction = (max(norm(v), norm(w_D), 1e-300) for v in (y, resistance))
+                missed, changed = norm(forces - y) / size, norm(y - before) / size
+                lag = norm(wanted - resistance) / of_friction
                 residual = max(missed, changed, lag)
                 if 2 * residual <= least:
                     least, reached = residual, k
@@ -288,7 +288,7 @@ class Splitting:
         return ConeVector(soc, rows[: self._lines].copy())
 
 
-def _factorised(M: sp.coo_array) -> Callable[[Array], Array]:
+def factorised(M: sp.coo_array) -> Callable[[Array], Array]:
     """Return a function that solves with M.
 
     Without the noise between them, a wall pushed in its plane separates into two problems.
@@ -301,7 +301,7 @@ def _factorised(M: sp.coo_array) -> Callable[[Array], Array]:
     return lambda b: np.asarray(lu.solve(b), dtype=float)
 
 
-def _dot(a: Array, b: Array) -> float:
+def dot(a: Array, b: Array) -> float:
     """Return the inner product without the threads of a BLAS.
 
     For vectors of this length, threads cost more time than they save.
@@ -309,5 +309,6 @@ def _dot(a: Array, b: Array) -> float:
     return float(np.einsum("i,i->", a, b))
 
 
-def _size(a: Array) -> float:
-    return float(np.sqrt(_dot(a, a)))
+def norm(a: Array) -> float:
+    """Return the Euclidean norm, like :func:`dot`."""
+    return float(np.sqrt(dot(a, a)))

@@ -1,33 +1,36 @@
 """One step of rigid blocks with elastic contacts, friction, ties and inertia."""
 
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit import LimitProblem
+from blockstruct.solvers.anderson import Anderson
 from blockstruct.solvers.interior_point.schur import OPTIONS
+from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, LOOK, MEMORY, RELAXED, dot, factorised, norm
 
 Array = NDArray[np.float64]
 
-#: Residual of equilibrium, in dead wrenches, of a solution, and with fixed limits of friction.
-SOLVED, BALANCED = 1e-9, 1e-7
+#: Residual of equilibrium of a solution by Newton's method, in dead wrenches.
+SOLVED = 1e-9
 #: Share of its limit from which friction slid in the step before.
 SLIDES = 1e-6
-#: Most Newton iterations with friction that follows normal forces, and with fixed limits; how often these follow.
-ITERATIONS, LIMITED, ROUNDS = 8, 150, 30
+#: Most Newton iterations.
+ITERATIONS = 8
 #: Earlier residuals of which the largest must not be exceeded, and halvings of a step to get there.
 RECENT, HALVINGS = 4, 4
-#: Stiffness of contacts that are open or slide, relative to closed ones, at the start with fixed limits; factor by
-#: which it changes after long and short steps; and value below which it is zero.
-RESISTS, CHANGE, NONE = 1e-2, 10.0, 1e-8
-#: Shares of a direction that are long and short.
-LONG, SHORT = 0.5, 0.1
-#: Slope that ends the search along a direction, relative to its start; most divisions, and their least part.
-FLAT, DIVISIONS, INSIDE = 0.1, 30, 0.05
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
+#: Residual at which splitting ends, and the largest one of a solution: of equilibrium in dead wrenches, and of
+#: displacements relative to themselves. Iterations in which the residual must halve above and below the second.
+EXACT, ACCEPTED = 1e-6, 3e-3
+PATIENCE, BRIEF = 400, 100
+#: Compliances of the springs of splitting, relative to the mean slip divided by the mean force. The second is tried if
+#: the first does not converge.
+COMPLIANCES = (3.0, 30.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +84,7 @@ class StepSolution:
         Displacements.
     load_factor : float
     iterations : int
-        Factorisations.
+        Iterations of both methods.
     """
 
     x: Array
@@ -95,9 +98,8 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     """Solve a step.
 
     The method is the semismooth Newton method of P. Alart, A. Curnier (Comput. Methods Appl. Mech. Eng. 92 (1991)
-    353–375). It begins with contacts that are open, stick or slide like in the step before. If it does not converge,
-    limits of friction are held fixed: displacements then minimise a convex function. The limits follow the normal
-    forces, and Newton's method begins again.
+    353–375). It begins with contacts that are open, stick or slide like in the step before. If it does not converge, it
+    begins again from a solution by splitting. This solution remains if Newton's method does not converge from there.
 
     Parameters
     ----------
@@ -109,25 +111,119 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     Returns
     -------
     StepSolution or None
-        None if the method does not converge.
+        None if neither method converges.
     """
-    newton, friction = _Newton(step), step.problem.friction
+    newton = _Newton(step)
     u, alpha = newton.predicted(motion)
     if not np.isfinite(alpha):
         u, alpha = motion, step.load_factor
-    # Without earlier forces, nothing slides at first.
-    normal = step.force[:, 0]
-    limit = friction * np.maximum(normal, 0.0) if normal.any() else np.full(len(normal), np.inf)
     found = newton.solve(u, alpha)
-    for _ in range(ROUNDS):
+    for compliance in COMPLIANCES:
         if found is not None:
             break
-        least = newton.minimised(u, alpha, limit)
-        if least is None:
-            return None
-        u, alpha, kept = least
-        found, limit = newton.solve(u, alpha), friction * kept[: 3 * len(limit) : 3]
+        rough = _split(step, newton.B, motion, compliance)
+        if rough is not None:
+            newton.iterations += rough.iterations
+            found = newton.solve(rough.u, rough.load_factor) or rough
     return found
+
+
+def _split(step: StepProblem, B: sp.csr_array, motion: Array, compliance: float) -> StepSolution | None:
+    """Solve a step by splitting, like :class:`~blockstruct.solvers.splitting.Splitting`.
+
+    Each iteration first moves the blocks, with a spring at each contact and tie, and then finds the force of each
+    separately. All iterations share one factorisation. The limits of friction follow the normal forces, smoothed.
+    ``B`` (6 F, 3 K + M) are the wrenches of the forces. Returns None if the iteration does not converge.
+    """
+    problem, s, BT, K = step.problem, step.displacement, sp.csr_array(B.T), 3 * step.problem.n_points
+    w_D, w_L, friction = problem.w_D, problem.w_L, problem.friction
+    springs = _Springs(step, BT @ motion, compliance)
+    rho = springs.stiffness
+    solve = factorised(sp.coo_array(B @ sp.diags_array(rho) @ BT + step.inertia))
+    push = solve(w_L)
+    resists = dot(w_L, push)
+    accelerated = Anderson(1 / np.sqrt(np.concatenate([rho, rho[:K:3]])), MEMORY)
+    trial, limit = springs.begin, friction * np.maximum(step.force[:, 0], 0.0)
+    force, begun = springs.forces(trial, limit), np.concatenate([trial, limit])
+    least, reached = np.inf, 0
+    for k in count(1):
+        b = w_D + B @ (2 * force - trial)
+        alpha = step.load_factor if s is None else (s - dot(push, b)) / resists
+        u = solve(b + alpha * w_L)
+        moved = BT @ u
+        missed = force - trial - rho * moved
+        trial = trial + RELAXED * missed
+        limit = limit + FOLLOWS * (friction * springs.normal(trial) - limit)
+        force = springs.forces(trial, limit)
+        if k % LOOK:
+            continue
+        possible = springs.forces(trial, friction * springs.normal(trial))
+        unbalanced = B @ possible + w_D + alpha * w_L - step.inertia @ u
+        residual = max(float(np.abs(unbalanced).max()), norm(missed / rho) / max(norm(moved), 1e-300))
+        if 2 * residual <= least:
+            least, reached = residual, k
+        if not residual > EXACT or k >= reached + (PATIENCE if residual > ACCEPTED else BRIEF):
+            break
+        begun = accelerated.point(begun, np.concatenate([trial, limit]))
+        trial, limit = begun[: len(trial)], np.maximum(begun[len(trial) :], 0.0)
+        force = springs.forces(trial, limit)
+    if not residual <= ACCEPTED:
+        return None
+    return StepSolution(possible[:K].reshape(-1, 3), possible[K:], u, float(alpha), k)
+
+
+class _Springs:
+    """Contacts and ties of a step, each with a spring of its own stiffness.
+
+    A trial force is the force of a spring before the contact or the tie gives way.
+
+    Attributes
+    ----------
+    stiffness : (3 K + M,) array
+    begin : (3 K + M,) array
+        Trial forces at the beginning, for the forces and the motion before the step.
+    """
+
+    def __init__(self, step: StepProblem, moved: Array, compliance: float) -> None:
+        ties, K = step.problem.ties, 3 * step.problem.n_points
+        at_rest, elastic = unmoved(step)
+        normal = np.maximum(step.force[:, 0], 0.0)
+        mean = float(normal.mean()) or 1.0
+        force = np.concatenate([np.repeat(np.maximum(normal, LEAST_FORCE * mean), 3), np.full(len(ties), mean)])
+        slip = np.sqrt((moved**2).mean()) + mean * (1 / elastic).mean()
+        self.stiffness = force / (compliance * slip)
+        self.begin = np.concatenate([step.force.ravel(), np.zeros(len(ties))]) - self.stiffness * moved
+        share = self.stiffness / (self.stiffness + elastic)
+        self._fixed, self._share = share * at_rest, 1 - share
+        self._points, self._capacity = K, ties.capacity
+
+    def normal(self, trial: Array) -> Array:
+        """Return normal forces (K,) for trial forces."""
+        own = slice(0, self._points, 3)
+        return np.asarray(np.maximum(self._fixed[own] + self._share[own] * trial[own], 0.0))
+
+    def forces(self, trial: Array, limit: Array) -> Array:
+        """Return forces for trial forces and limits (K,) of friction."""
+        force: Array = self._fixed + self._share * trial
+        x = force[: self._points].reshape(-1, 3)
+        np.maximum(x[:, 0], 0.0, out=x[:, 0])
+        size = np.maximum(np.hypot(x[:, 1], x[:, 2]), 1e-300)
+        x[:, 1:] *= np.minimum(limit / size, 1.0)[:, None]
+        np.clip(force[self._points :], 0.0, self._capacity, out=force[self._points :])
+        return force
+
+
+def unmoved(step: StepProblem) -> tuple[Array, Array]:
+    """Return the forces (3 K + M,) of contacts and ties that stay where they are, and their stiffness.
+
+    There is no limit to these forces.
+    """
+    problem, K = step.problem, 3 * step.problem.n_points
+    unit = np.concatenate([np.repeat(problem.force_unit, 3), problem.ties.force_unit])
+    stiffness = 1 / (step.compliance * unit**2)
+    force = np.concatenate([step.force.ravel(), -stiffness[K:] * step.slack])
+    force[:K:3] = -stiffness[:K:3] * step.gap
+    return force, stiffness
 
 
 class _Newton:
@@ -138,17 +234,11 @@ class _Newton:
 
     def __init__(self, step: StepProblem) -> None:
         problem = step.problem
-        self._step, self._K, self._factorisations = step, problem.n_points, 0
-        self._B = sp.csr_array(sp.hstack([problem.A, problem.ties.columns]))
-        self._BT = sp.csr_array(self._B.T)
-        unit = np.concatenate([np.repeat(problem.force_unit, 3), problem.ties.force_unit])
-        self._stiff = 1 / (step.compliance * unit**2)
-        self._unmoved = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))])
-        self._unmoved[: 3 * self._K : 3] = -step.gap
-        self._unmoved[3 * self._K :] = -step.slack
-        positions = np.r_[0 : 3 * self._K : 3, 3 * self._K : len(unit)]
-        self._unmoved[positions] *= self._stiff[positions]
-        place, tie = 3 * np.arange(self._K)[:, None, None], np.arange(3 * self._K, len(unit))
+        self._step, self._K, self.iterations = step, problem.n_points, 0
+        self.B = sp.csr_array(sp.hstack([problem.A, problem.ties.columns]))
+        self._BT = sp.csr_array(self.B.T)
+        self._unmoved, self._stiff = unmoved(step)
+        place, tie = 3 * np.arange(self._K)[:, None, None], np.arange(3 * self._K, len(self._stiff))
         rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
         self._rows, self._columns = (np.concatenate([part.ravel(), tie]) for part in (rows, columns))
 
@@ -164,21 +254,21 @@ class _Newton:
         sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < (1 - SLIDES) * step.problem.friction * before[:, 0])
         x[:, 0] = np.where(closed, before[:, 0], np.minimum(x[:, 0], 0.0))
         x[sticks, 1:] = before[sticks, 1:]
-        kept, slope = self._limited(like, None)
+        kept, slope = self._limited(like)
         kept += np.bincount(self._rows, slope * (trial - like)[self._columns], len(kept))
         more, rise = self._direction(motion, step.load_factor, kept, slope)
         return motion + more, step.load_factor + rise
 
     def solve(self, u: Array, alpha: float) -> StepSolution | None:
         """Solve from displacements and a load factor; return None if the method does not converge."""
-        kept, slope = self._limited(self._trial(u), None)
+        kept, slope = self._limited(self._trial(u))
         recent = [np.inf]
         for _ in range(ITERATIONS):
             more, rise = self._direction(u, alpha, kept, slope)
             best = np.inf
             for halving in range(HALVINGS + 1):
                 at = u + 0.5**halving * more, alpha + 0.5**halving * rise
-                forces, slopes = self._limited(self._trial(at[0]), None)
+                forces, slopes = self._limited(self._trial(at[0]))
                 missed = self._missed(*at, forces)
                 if (size := float(np.linalg.norm(missed))) < best:
                     best, next_u, next_alpha, kept, slope = size, *at, forces, slopes
@@ -191,54 +281,8 @@ class _Newton:
             recent.append(best)
             if largest <= SOLVED:
                 x, T = kept[: 3 * self._K].reshape(-1, 3), kept[3 * self._K :]
-                return StepSolution(x, T, u, float(alpha), self._factorisations)
+                return StepSolution(x, T, u, float(alpha), self.iterations)
         return None
-
-    def minimised(self, u: Array, alpha: float, limit: Array) -> tuple[Array, float, Array] | None:
-        """Return displacements, load factor and forces for fixed limits (K,) of friction; None if none are found.
-
-        Each step goes along its direction to where the function that the displacements minimise is nearly least.
-        """
-        resists = RESISTS
-        kept, slope = self._limited(self._trial(u), limit)
-        for _ in range(LIMITED):
-            more, rise = self._direction(u, alpha, kept, slope, resists)
-            alpha += rise
-            if not np.isfinite(alpha):
-                return None
-            share = self._share(u, more, alpha, limit)
-            u = u + share * more
-            if share > LONG:
-                resists = resists / CHANGE if resists > NONE else 0.0
-            elif share < SHORT:
-                resists = CHANGE * max(resists, NONE)
-            kept, slope = self._limited(self._trial(u), limit)
-            if np.abs(self._missed(u, alpha, kept)).max() <= BALANCED:
-                return u, alpha, kept
-        return None
-
-    def _share(self, u: Array, more: Array, alpha: float, limit: Array) -> float:
-        """Return the share of a direction at which the minimised function is nearly least; at most one."""
-
-        def slope(share: float) -> float:
-            at = u + share * more
-            return -float(self._missed(at, alpha, self._limited(self._trial(at), limit)[0]) @ more)
-
-        low, high, at_low, at_high = 0.0, 1.0, slope(0.0), slope(1.0)
-        flat, share = FLAT * abs(at_low), 1.0
-        if at_high <= flat:
-            return share
-        for _ in range(DIVISIONS):
-            part = min(max(at_low / (at_low - at_high), INSIDE), 1 - INSIDE)
-            share = low + part * (high - low)
-            at_share = slope(share)
-            if abs(at_share) <= flat:
-                break
-            if at_share > 0:
-                high, at_high = share, at_share
-            else:
-                low, at_low = share, at_share
-        return share
 
     def _trial(self, u: Array) -> Array:
         """Return the forces of contacts and ties without limits."""
@@ -247,18 +291,15 @@ class _Newton:
     def _missed(self, u: Array, alpha: float, kept: Array) -> Array:
         """Return the residual (6 F,) of equilibrium."""
         step = self._step
-        return np.asarray(self._B @ kept + step.problem.w_D + alpha * step.problem.w_L - step.inertia @ u)
+        return np.asarray(self.B @ kept + step.problem.w_D + alpha * step.problem.w_L - step.inertia @ u)
 
-    def _direction(
-        self, u: Array, alpha: float, kept: Array, slope: Array, resists: float = 0.0
-    ) -> tuple[Array, float]:
+    def _direction(self, u: Array, alpha: float, kept: Array, slope: Array) -> tuple[Array, float]:
         """Return the changes of displacements and load factor; NaN if the matrix is singular."""
         step, w = self._step, self._step.problem.w_L
-        stiffness = (slope + resists * (self._rows == self._columns)) * self._stiff[self._columns]
-        D = sp.csr_array((stiffness, (self._rows, self._columns)), shape=2 * (len(kept),))
+        D = sp.csr_array((slope * self._stiff[self._columns], (self._rows, self._columns)), shape=2 * (len(kept),))
         D.eliminate_zeros()
-        S = sp.csc_matrix(self._B @ D @ self._BT + step.inertia)
-        self._factorisations += 1
+        S = sp.csc_matrix(self.B @ D @ self._BT + step.inertia)
+        self.iterations += 1
         try:
             lu = sp.linalg.splu(S, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
         except RuntimeError:
@@ -272,25 +313,22 @@ class _Newton:
                 more, rise = more + further * push, rise + further
         return more, rise
 
-    def _limited(self, trial: Array, limit: Array | None) -> tuple[Array, Array]:
-        """Return forces within the limits and the entries of their derivatives.
-
-        The limit of friction is ``μ n`` if none is given.
-        """
+    def _limited(self, trial: Array) -> tuple[Array, Array]:
+        """Return forces within the limits and the entries of their derivatives."""
         problem, K = self._step.problem, self._K
-        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction, limit)
+        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction)
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
 
 
-def limited(x: Array, friction: Array, limit: Array | None = None) -> tuple[Array, Array]:
+def limited(x: Array, friction: Array) -> tuple[Array, Array]:
     """Return contact forces (K, 3) moved back to what contacts bear, and the derivatives (K, 3, 3).
 
-    Contacts bear no tension, and friction up to the limit (K,), which is ``μ n`` if none is given.
+    Contacts bear no tension, and friction up to ``μ n``.
     """
     n, size = np.maximum(x[:, 0], 0.0), np.hypot(x[:, 1], x[:, 2])
-    most = friction * n if limit is None else limit
+    most = friction * n
     slides = size > most
     share = np.divide(most, size, out=np.ones(len(n)), where=slides)
     along = x[:, 1:] / np.maximum(size, 1e-300)[:, None]
@@ -298,6 +336,5 @@ def limited(x: Array, friction: Array, limit: Array | None = None) -> tuple[Arra
     slope[:, 0, 0] = n > 0
     slope[:, 1, 1] = slope[:, 2, 2] = share
     slope[:, 1:, 1:] -= np.where(slides, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
-    if limit is None:
-        slope[:, 1:, 0] = np.where(slides & (n > 0), friction, 0.0)[:, None] * along
+    slope[:, 1:, 0] = np.where(slides & (n > 0), friction, 0.0)[:, None] * along
     return np.column_stack([n, share[:, None] * x[:, 1:]]), slope

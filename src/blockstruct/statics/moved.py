@@ -39,10 +39,13 @@ class Placement:
         Positions of the centroids.
     rotation : (B, 3, 3) array
         Rotations from the orientation in the model.
+    given : (B, 3) array or None
+        Rotation vectors of which the rotations are made, rad. From the rotations they follow only to rounding.
     """
 
     position: Array
     rotation: Array
+    given: Array | None = None
 
     @classmethod
     def of(cls, model: Model) -> Self:
@@ -55,12 +58,12 @@ class Placement:
 
         Positions are in m and rotation vectors in rad.
         """
-        return cls(position, rotation_matrices(vectors))
+        return cls(position, rotation_matrices(vectors), vectors)
 
     @property
     def vectors(self) -> Array:
         """Rotation vectors (B, 3), rad."""
-        return rotation_vectors(self.rotation)
+        return rotation_vectors(self.rotation) if self.given is None else self.given
 
     def moved(self, twist: Array) -> Self:
         """Return the placement after each block follows the screw of its twist.
