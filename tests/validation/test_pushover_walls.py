@@ -82,16 +82,17 @@ def test_half_the_steps_where_units_slip(tuff, dry):
 
 @pytest.mark.slow
 def test_a_large_wall_in_its_plane(tuff, dry):
-    """205 units, of which dozens slip in every step, up to 0.3 m: sequences of shifted programs lose it at 0.1 m."""
+    """205 units, of which dozens slip in every step: sequences of shifted programs lose the wall at 0.1 m."""
     rows = [[1] * 8 if j % 2 == 0 else [0.5, *[1] * 7, 0.5] for j in range(24)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, dry)
     control = (blocks[-1].name, (1, 0, 0))
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), steps=20, control=control)
     curve = bs.run(model, case)["push"].capacity
-    assert float(curve["displacement"][-1]) > 0.5
+    assert float(curve["displacement"][-1]) > 0.4
     # Further on units drop, one after the other. Before, one may, and the load factor is less until it rests.
-    where = (curve["displacement"] > 0.01) & (curve["displacement"] < 0.5) & (curve["falls"] == 0)
+    where = (curve["displacement"] > 0.01) & (curve["displacement"] < 0.4) & (curve["falls"] == 0)
     before = curve.sel(step=where)
     assert np.all(np.diff(before["load_factor"]) < 0.01)
-    assert before["energy_error"].max() < 1e-3
+    # Steps grow to 70 mm.
+    assert before["energy_error"].max() < 3e-3

@@ -164,7 +164,7 @@ class _Path:
         #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         self._ways, self._fallen = [0.0], 0.0
-        #: Start of the last step, s, and its factorisations.
+        #: Start of the last step, s, and its iterations.
         self._start, self._spent = perf_counter(), 0
         #: The last state in which nothing falls, whose motion continues.
         self._going: MotionState | None = None

@@ -24,9 +24,12 @@ ITERATIONS = 8
 RECENT, HALVINGS = 4, 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
-#: Residual at which splitting ends, and the largest one of a solution: of equilibrium in dead wrenches, and of
-#: displacements relative to themselves. Iterations in which the residual must halve above and below the second.
-EXACT, ACCEPTED = 1e-6, 3e-3
+#: Largest errors of a solution by splitting: unbalanced wrench, in dead wrenches, and error of relative displacements,
+#: relative to themselves.
+UNBALANCED, INCOMPATIBLE = 1e-2, 3e-3
+#: Share of these errors at which splitting ends.
+EXACT = 3e-4
+#: Iterations in which the errors must halve while they are too large, and when they are not.
 PATIENCE, BRIEF = 400, 100
 #: Compliances of the springs of splitting, relative to the mean slip divided by the mean force. The second is tried if
 #: the first does not converge.
@@ -159,15 +162,16 @@ def _split(step: StepProblem, B: sp.csr_array, motion: Array, compliance: float)
             continue
         possible = springs.forces(trial, friction * springs.normal(trial))
         unbalanced = B @ possible + w_D + alpha * w_L - step.inertia @ u
-        residual = max(float(np.abs(unbalanced).max()), norm(missed / rho) / max(norm(moved), 1e-300))
+        error = norm(missed / rho) / max(norm(moved), 1e-300)
+        residual = max(float(np.abs(unbalanced).max()) / UNBALANCED, error / INCOMPATIBLE)
         if 2 * residual <= least:
             least, reached = residual, k
-        if not residual > EXACT or k >= reached + (PATIENCE if residual > ACCEPTED else BRIEF):
+        if not residual > EXACT or k >= reached + (PATIENCE if residual > 1 else BRIEF):
             break
         begun = accelerated.point(begun, np.concatenate([trial, limit]))
         trial, limit = begun[: len(trial)], np.maximum(begun[len(trial) :], 0.0)
         force = springs.forces(trial, limit)
-    if not residual <= ACCEPTED:
+    if not residual <= 1:
         return None
     return StepSolution(possible[:K].reshape(-1, 3), possible[K:], u, float(alpha), k)
 
