@@ -124,23 +124,24 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     for compliance in COMPLIANCES:
         if found is not None:
             break
-        rough = _split(step, newton.B, motion, compliance)
+        rough = _split(newton, motion, compliance)
         if rough is not None:
             newton.iterations += rough.iterations
             found = newton.solve(rough.u, rough.load_factor) or rough
     return found
 
 
-def _split(step: StepProblem, B: sp.csr_array, motion: Array, compliance: float) -> StepSolution | None:
+def _split(newton: "_Newton", motion: Array, compliance: float) -> StepSolution | None:
     """Solve a step by splitting, like :class:`~blockstruct.solvers.splitting.Splitting`.
 
     Each iteration first moves the blocks, with a spring at each contact and tie, and then finds the force of each
     separately. All iterations share one factorisation. The limits of friction follow the normal forces, smoothed.
-    ``B`` (6 F, 3 K + M) are the wrenches of the forces. Returns None if the iteration does not converge.
+    Returns None if the iteration does not converge.
     """
-    problem, s, BT, K = step.problem, step.displacement, sp.csr_array(B.T), 3 * step.problem.n_points
+    step, B, BT = newton.step, newton.B, newton.BT
+    problem, s, K = step.problem, step.displacement, 3 * step.problem.n_points
     w_D, w_L, friction = problem.w_D, problem.w_L, problem.friction
-    springs = _Springs(step, BT @ motion, compliance)
+    springs = _Springs(newton, BT @ motion, compliance)
     rho = springs.stiffness
     solve = factorised(sp.coo_array(B @ sp.diags_array(rho) @ BT + step.inertia))
     push = solve(w_L)
@@ -188,9 +189,9 @@ class _Springs:
         Trial forces at the beginning, for the forces and the motion before the step.
     """
 
-    def __init__(self, step: StepProblem, moved: Array, compliance: float) -> None:
+    def __init__(self, newton: "_Newton", moved: Array, compliance: float) -> None:
+        step, elastic = newton.step, newton.stiffness
         ties, K = step.problem.ties, 3 * step.problem.n_points
-        at_rest, elastic = unmoved(step)
         normal = np.maximum(step.force[:, 0], 0.0)
         mean = float(normal.mean()) or 1.0
         force = np.concatenate([np.repeat(np.maximum(normal, LEAST_FORCE * mean), 3), np.full(len(ties), mean)])
@@ -198,7 +199,7 @@ class _Springs:
         self.stiffness = force / (compliance * slip)
         self.begin = np.concatenate([step.force.ravel(), np.zeros(len(ties))]) - self.stiffness * moved
         share = self.stiffness / (self.stiffness + elastic)
-        self._fixed, self._share = share * at_rest, 1 - share
+        self._fixed, self._share = share * newton.unmoved, 1 - share
         self._points, self._capacity = K, ties.capacity
 
     def normal(self, trial: Array) -> Array:
@@ -234,21 +235,30 @@ class _Newton:
     """Newton's method for the displacements and the load factor of a step.
 
     Trial forces are the forces of contacts and ties without limits; kept forces are within the limits.
+
+    Attributes
+    ----------
+    B, BT : (6 F, 3 K + M) and (3 K + M, 6 F) sparse arrays
+        Wrenches of the forces of contacts and ties; their relative displacements.
+    unmoved, stiffness : (3 K + M,) arrays
+        As in :func:`unmoved`.
+    iterations : int
+        Of all methods so far.
     """
 
     def __init__(self, step: StepProblem) -> None:
         problem = step.problem
-        self._step, self._K, self.iterations = step, problem.n_points, 0
+        self.step, self._K, self.iterations = step, problem.n_points, 0
         self.B = sp.csr_array(sp.hstack([problem.A, problem.ties.columns]))
-        self._BT = sp.csr_array(self.B.T)
-        self._unmoved, self._stiff = unmoved(step)
-        place, tie = 3 * np.arange(self._K)[:, None, None], np.arange(3 * self._K, len(self._stiff))
+        self.BT = sp.csr_array(self.B.T)
+        self.unmoved, self.stiffness = unmoved(step)
+        place, tie = 3 * np.arange(self._K)[:, None, None], np.arange(3 * self._K, len(self.stiffness))
         rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
         self._rows, self._columns = (np.concatenate([part.ravel(), tie]) for part in (rows, columns))
 
     def predicted(self, motion: Array) -> tuple[Array, float]:
         """Return displacements and load factor if contacts stay open, stick or slide as in the step before."""
-        step, K = self._step, self._K
+        step, K = self.step, self._K
         trial, before = self._trial(motion), step.force
         like = trial.copy()
         x = like[: 3 * K].reshape(-1, 3)
@@ -290,19 +300,19 @@ class _Newton:
 
     def _trial(self, u: Array) -> Array:
         """Return the forces of contacts and ties without limits."""
-        return np.asarray(self._unmoved - self._stiff * (self._BT @ u))
+        return np.asarray(self.unmoved - self.stiffness * (self.BT @ u))
 
     def _missed(self, u: Array, alpha: float, kept: Array) -> Array:
         """Return the residual (6 F,) of equilibrium."""
-        step = self._step
+        step = self.step
         return np.asarray(self.B @ kept + step.problem.w_D + alpha * step.problem.w_L - step.inertia @ u)
 
     def _direction(self, u: Array, alpha: float, kept: Array, slope: Array) -> tuple[Array, float]:
         """Return the changes of displacements and load factor; NaN if the matrix is singular."""
-        step, w = self._step, self._step.problem.w_L
-        D = sp.csr_array((slope * self._stiff[self._columns], (self._rows, self._columns)), shape=2 * (len(kept),))
+        step, w = self.step, self.step.problem.w_L
+        D = sp.csr_array((slope * self.stiffness[self._columns], (self._rows, self._columns)), shape=2 * (len(kept),))
         D.eliminate_zeros()
-        S = sp.csc_matrix(self.B @ D @ self._BT + step.inertia)
+        S = sp.csc_matrix(self.B @ D @ self.BT + step.inertia)
         self.iterations += 1
         try:
             lu = sp.linalg.splu(S, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
@@ -319,7 +329,7 @@ class _Newton:
 
     def _limited(self, trial: Array) -> tuple[Array, Array]:
         """Return forces within the limits and the entries of their derivatives."""
-        problem, K = self._step.problem, self._K
+        problem, K = self.step.problem, self._K
         kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction)
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
