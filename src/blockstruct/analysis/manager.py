@@ -49,8 +49,7 @@ from blockstruct.results import (
     division_of,
     history_of,
     iteration_variables,
-    response_arrays,
-    step_arrays,
+    state_arrays,
 )
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
@@ -84,9 +83,9 @@ class Recorder:
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
                 self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
             case StepDone(case, index, step):
-                self._working.commit_step(case.name, index, step_arrays([step]))
+                self._working.commit_step(case.name, index, state_arrays([step]))
             case StateDone(case, index, state):
-                self._working.commit_step(case.name, index, response_arrays([state]))
+                self._working.commit_step(case.name, index, state_arrays([state]))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)
 

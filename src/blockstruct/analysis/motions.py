@@ -16,9 +16,8 @@ from blockstruct.results import (
     arrays_of_response,
     beginning_of,
     capacity_of,
-    response_arrays,
     response_of,
-    step_arrays,
+    state_arrays,
     steps_of,
 )
 from blockstruct.statics import Statics
@@ -63,7 +62,7 @@ def followed(
     return replace(
         result,
         outcome=outcome,
-        capacity=capacity_of(statics.model, case, step_arrays(states)) if states else None,
+        capacity=capacity_of(statics.model, case, state_arrays(states)) if states else None,
         curve_outcome=ended,
         duration=result.duration + perf_counter() - start,
     )
@@ -104,7 +103,7 @@ def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners:
         outcome = Outcome(_STATUS[reason], np.nan, reason, collapse_time=time)
     except KeyboardInterrupt:
         pass
-    pieces += [response_arrays(states)] if states else []
+    pieces += [state_arrays(states)] if states else []
     response = None
     if pieces:
         response = response_of(statics.model, {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]})

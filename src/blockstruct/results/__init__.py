@@ -8,7 +8,7 @@ positive. Velocities belong to a variable load that does work at 1 W (``w_L·u =
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_parts, step_arrays, steps_of
+from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_parts, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
 from blockstruct.results.frame import capacity_frame, history_frame
@@ -38,11 +38,11 @@ from blockstruct.results.response import (
     arrays_of_response,
     beginning_of,
     fallen_blocks,
-    response_arrays,
     response_of,
     response_words,
 )
 from blockstruct.results.spread import Spread, run_name
+from blockstruct.results.states import state_arrays
 from blockstruct.results.ties import (
     breaking_words,
     broken_ties,
@@ -93,10 +93,9 @@ __all__ = [
     "arrays_of_response",
     "beginning_of",
     "fallen_blocks",
-    "response_arrays",
     "response_of",
     "response_words",
-    "step_arrays",
+    "state_arrays",
     "steps_of",
     # loads
     "applied_loads",
