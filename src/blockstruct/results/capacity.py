@@ -1,5 +1,6 @@
 """The capacity curve: every state of a pushover or a settlement as one xarray Dataset."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
@@ -7,15 +8,47 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import reaction_unit
+from blockstruct.limit import Fall, RecordState, reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
-from blockstruct.results.states import Arrays, coordinates_of, state_variables
 from blockstruct.results.ties import break_displacements
-from blockstruct.schema import dressed
+from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics import Placement
-from blockstruct.text import doubtful_part
-from blockstruct.vocabulary import CurveDoubt
+from blockstruct.text import doubtful_part, response_sentences
+from blockstruct.vocabulary import AXES, CurveDoubt
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+def state_variables(kind: type[MotionState | RecordState]) -> dict[str, Stated]:
+    """Return the variables of a curve or of a response that are attributes of a state, by name."""
+    names, part = {f.name for f in fields(kind)}, "capacity" if kind is MotionState else "response"
+    return {name: variable for name, variable in stated(part).items() if name in names}
+
+
+def state_arrays(states: Sequence[MotionState] | Sequence[RecordState]) -> dict[str, NDArray[Any]]:
+    """Return an array of each attribute of one or more states.
+
+    The contact points of all states stand one after the other, with their numbers in ``loaded_points``.
+    """
+    arrays = {"loaded_points": np.array([len(state.force_of_contact) for state in states])}
+    for name, variable in state_variables(type(states[0])).items():
+        kind = np.float64 if variable.kind == "f" else np.int64
+        values = [np.asarray(getattr(state, name), dtype=kind) for state in states]
+        arrays[name] = np.concatenate(values) if "contact" in variable.dims else np.stack(values)
+    return arrays
+
+
+def coordinates_of(model: Model, dim: str, values: NDArray[Any], arrays: Arrays) -> dict[str, NDArray[Any]]:
+    """Return the names of blocks and axes, the states along their dimension, and the state of each contact point."""
+    of_contact = "step_of_contact" if dim == "step" else "state_of_contact"
+    return {
+        dim: values,
+        "block": np.array([b.name for b in model.blocks], dtype=object),
+        "axis": np.array(AXES, dtype=object),
+        of_contact: np.repeat(np.arange(len(values)), arrays["loaded_points"]),
+    }
+
 
 #: Rise of the load factor above its first value, and jump between two states, from which a caution is given. Both are
 #: relative to the first value.
@@ -214,3 +247,65 @@ def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:
     vectors = capacity["rotation"].transpose(..., "block", "axis").to_numpy()
     flat = vectors.reshape(-1, 3)
     return Placement.at(np.zeros_like(flat), flat).rotation.reshape(*vectors.shape, 3)
+
+
+def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
+    """Return the response from the values of its states, in SI units.
+
+    Parameters
+    ----------
+    model
+    arrays
+        The arrays of its states.
+    """
+    values: dict[str, Any] = {name: arrays[name] for name in state_variables(RecordState)}
+    values |= coordinates_of(model, "time", arrays["time"], arrays) | {"time_step": arrays["time_step"][0]}
+    response = xr.Dataset(dressed("response", values), attrs={"long_name": "response to a record"})
+    return response.set_coords("state_of_contact")
+
+
+def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
+    """Return the values of the states of a response: the inverse of :func:`response_of`."""
+    n = response.sizes["time"]
+    arrays = {name: response[name].to_numpy() for name in state_variables(RecordState)}
+    arrays["time_step"] = np.full(n, float(response["time_step"]))
+    arrays["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
+    return arrays
+
+
+def beginning_of(response: xr.Dataset) -> tuple[int, RecordState]:
+    """Return the last state from which a response is continued, and its index."""
+    k = int(np.flatnonzero(response["finds_contacts"].to_numpy())[-1])
+    of_state = response["state_of_contact"].to_numpy() == k
+    values: dict[str, Any] = {}
+    for name, variable in state_variables(RecordState).items():
+        array = response[name].to_numpy()
+        at = () if not variable.dims else of_state if "contact" in variable.dims else k
+        values[name] = array[at] if len(variable.dims) > 1 or "contact" in variable.dims else array[at].item()
+    return k, RecordState(**values | {"finds_contacts": True})
+
+
+def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
+    """Return the names of the blocks that have fallen in the last state of a response."""
+    start = np.array([b.centroid for b in model.blocks])
+    displacement, rotation = (response[name].isel(time=-1).to_numpy() for name in ("displacement", "rotation"))
+    fallen = Fall.of(model).at(Placement.at(start + displacement, rotation))
+    return [block.name for block, is_fallen in zip(model.blocks, fallen, strict=True) if is_fallen]
+
+
+def response_words(model: Model, response: xr.Dataset) -> list[str]:
+    """Return the sentences on a response: largest and remaining displacement, fallen blocks, steps."""
+    last = response.isel(time=-1)
+    at_end = np.linalg.norm(last["displacement"].to_numpy(), axis=1)
+    largest, remaining = (
+        (float(size.max()), str(response["block"].to_numpy()[size.argmax()]))
+        for size in (last["peak_displacement"].to_numpy(), at_end)
+    )
+    return response_sentences(
+        largest=largest,
+        remaining=remaining,
+        fallen=fallen_blocks(model, response),
+        end=float(last["time"]),
+        step=float(response["time_step"]),
+        steps=int(last["steps"]),
+    )
