@@ -22,7 +22,7 @@ from blockstruct import views
 from blockstruct.analysis import IterationDone
 from blockstruct.cli import runs as cli_runs
 from blockstruct.views import archive_table, figures, summary_table
-from blockstruct.views.progress import bar, following
+from blockstruct.views.console import bar, following
 from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 DRY = bs.JointMaterial("dry", 0.65)

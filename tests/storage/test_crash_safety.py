@@ -11,7 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone, plan
-from blockstruct.analysis.replay import ReplaySolver
+from blockstruct.analysis.motions import ReplaySolver
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of

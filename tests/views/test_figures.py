@@ -18,11 +18,10 @@ from matplotlib.figure import Figure
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import figures
-from blockstruct.views.figures.domain import stress_blocks
+from blockstruct.views.figures.diagrams import stress_blocks
 from blockstruct.views.figures.sheet import Drawing, _file_names, nearest_to_crushing
-from blockstruct.views.solids import triangles
+from blockstruct.views.solids import View, triangles
 from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, parts
-from blockstruct.views.view import View
 from refusals import refused
 from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve
 

@@ -14,9 +14,9 @@ import blockstruct as bs
 from blockstruct.analysis import CaseStarted
 from blockstruct.results import is_pressed
 from blockstruct.views.page import page_html, write_page
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
+from blockstruct.views.solids import load_arrows
 from blockstruct.views.style import AMPLITUDE
-from blockstruct.views.view import load_arrows
 from blockstruct.views.words import spread_words, status_words
 from refusals import refused
 from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block

@@ -10,11 +10,11 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import analysis_summary, result_text
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report import report_html, write_report
 from blockstruct.views.report.contents import detection_rows
-from blockstruct.views.view import best_look
+from blockstruct.views.solids import best_look
 from blockstruct.views.words import spread_words
 from structures import SELF_WEIGHT, model_of, push, settings_of, single_block
 

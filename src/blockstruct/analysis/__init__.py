@@ -25,8 +25,7 @@ from blockstruct.analysis.events import (
     log_to,
     print_lines,
 )
-from blockstruct.analysis.manager import AnalysisManager
-from blockstruct.analysis.runs import recover, reproduce, run
+from blockstruct.analysis.manager import AnalysisManager, recover, reproduce, run
 from blockstruct.analysis.ties import least_tie_force
 
 __all__ = ["AnalysisManager", "least_tie_force", "recover", "reproduce", "run"]

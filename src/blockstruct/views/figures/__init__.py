@@ -24,9 +24,14 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
-from blockstruct.views.figures.capacity import capacity
-from blockstruct.views.figures.diagrams import certificate, convergence, response, verification
-from blockstruct.views.figures.domain import crushing_domain
+from blockstruct.views.figures.diagrams import (
+    capacity,
+    certificate,
+    convergence,
+    crushing_domain,
+    response,
+    verification,
+)
 from blockstruct.views.figures.forces import forces, loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import drawings, overview, write_figures
