@@ -93,43 +93,22 @@ _ROUNDING = 1e-12
 #: A place in a file and the fault there.
 Finding = tuple[str, str]
 
-#: Index variables and the dimension each must stay within; −1 means none where it is allowed.
-_INDICES = {
-    "material_of_block": ("material", 0),
-    "block_of_vertex": ("block", 0),
-    "block_of_face": ("block", 0),
-    "face_of_face_corner": ("face", 0),
-    "vertex_of_face_corner": ("vertex", 0),
-    "minus_block": ("block", 0),
-    "plus_block": ("block", 0),
-    "joint_material_of_interface": ("joint_material", 0),
-    "interface_of_contact_point": ("interface", 0),
-    "interface_of_interface_corner": ("interface", 0),
-    "pattern_of_load": ("load_pattern", 0),
-    "block_of_load": ("block", -1),
-    "block_of_tie": ("block", -1),
-    "tie_of_model": ("tie", 0),
-    "step_of_contact": ("step", 0),
-    "state_of_contact": ("time", 0),
-    "minus_of_contact": ("block", 0),
-    "plus_of_contact": ("block", 0),
-    "interface_of_contact": ("interface", -1),
-    "first_of_overlap": ("block", 0),
-    "second_of_overlap": ("block", 0),
-    "first_of_close_pair": ("block", 0),
-    "second_of_close_pair": ("block", 0),
-    "block_of_nonplanar_face": ("block", 0),
-}
+#: Index variables whose values are in ascending order.
 _ASCENDING = (
-    "block_of_vertex",
-    "block_of_face",
-    "face_of_face_corner",
-    "interface_of_contact_point",
-    "interface_of_interface_corner",
-    "tie_of_model",
-    "step_of_contact",
-    "state_of_contact",
+    *("block_of_vertex", "block_of_face", "face_of_face_corner", "interface_of_contact_point"),
+    *("interface_of_interface_corner", "tie_of_model", "step_of_contact", "state_of_contact"),
 )
+#: Index variables with the dimension each must stay within: of most it is the first word.
+_INDICES = {
+    **{name: name.partition("_of_")[0] for name in _ASCENDING},
+    **dict.fromkeys(("block_of_load", "block_of_tie", "block_of_nonplanar_face"), "block"),
+    **dict.fromkeys((f"{side}_{of}" for side in ("minus", "plus") for of in ("block", "of_contact")), "block"),
+    **dict.fromkeys((f"{nth}_of_{of}" for nth in ("first", "second") for of in ("overlap", "close_pair")), "block"),
+    **{"material_of_block": "material", "joint_material_of_interface": "joint_material", "state_of_contact": "time"},
+    **{"vertex_of_face_corner": "vertex", "pattern_of_load": "load_pattern", "interface_of_contact": "interface"},
+}
+#: Indices of which −1 means none.
+_OR_NONE = ("block_of_load", "block_of_tie", "interface_of_contact")
 #: Labels of dimensions, and their values.
 _LABELS = {"axis": AXES, "component": COMPONENTS}
 #: Variables of a curve that are 0 or 1, and those that count.
@@ -427,9 +406,8 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     if isinstance(case, SettlementCase):
         values["reaction"] = float(result.reaction.magnitude)
     if isinstance(case, RecordCase):
-        values["record_accelerations" if case.direction is None else "record_acceleration"] = np.array(
-            case.acceleration
-        )
+        several = "s" * (case.direction is None)
+        values[f"record_acceleration{several}"] = np.array(case.acceleration)
         values["record_interval" if isinstance(case.time, float) else "record_time"] = np.array(case.time)
         values |= {"peak_displacement": peak} if math.isfinite(peak := result.peak_displacement) else {}
     attrs = {
@@ -537,12 +515,8 @@ def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
         values = json.loads(attrs["pushover"])
         point = None if values["control_point"] is None else Point(*map(float, values["control_point"]))
         rounding = to_quantity(values.get("corner_rounding", 0.0), "length")
-        more = {
-            "control": values["control"],
-            "control_point": point,
-            "steps": values["steps"],
-            "corner_rounding": rounding,
-        }
+        more = {"control": values["control"], "control_point": point, "steps": values["steps"]}
+        more["corner_rounding"] = rounding
         return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
@@ -559,10 +533,10 @@ def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
     for name, labels in _LABELS.items():
         if name in stored and tuple(stored[name]) != labels:
             yield f"{path}/{name}", f"the labels are not {', '.join(labels)}"
-    for name, (dim, least) in _INDICES.items():
+    for name, dim in _INDICES.items():
         if name not in stored:
             continue
-        values = stored[name]
+        values, least = stored[name], -1 if name in _OR_NONE else 0
         if values.size and (values.min() < least or values.max() >= ds.sizes[dim]):
             yield f"{path}/{name}", f"an index is outside {least}..{ds.sizes[dim] - 1}"
         if name in _ASCENDING and np.any(np.diff(values) < 0):

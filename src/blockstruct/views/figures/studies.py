@@ -135,7 +135,7 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     case
         Name of the case; the only one otherwise.
     confidence
-        See :func:`blockstruct.studies.first_order`.
+        See :func:`blockstruct.studies.summary`.
     ax
         Axes to draw on.
 
