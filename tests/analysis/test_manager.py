@@ -8,7 +8,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
-from structures import SELF_WEIGHT, box, model_of, push
+from structures import SELF_WEIGHT, box, model_of, push, stopping
 
 
 def test_events_come_in_order(small_model, small_cases):
@@ -33,11 +33,7 @@ def test_lines_and_logs(small_model, small_cases, caplog):
 
 def test_interruption_keeps_what_is_done(small_model, small_cases, tmp_path):
     path = tmp_path / "cut.h5"
-
-    def stop(event):
-        if isinstance(event, IterationDone) and event.case is small_cases[1] and event.index == 4:
-            raise KeyboardInterrupt
-
+    stop = stopping(IterationDone, at=4, case=small_cases[1].name)
     cases = [*small_cases, bs.LimitCase("never", small_cases[0].dead, bs.LoadPattern("+y", [bs.BodyForce((0, 1, 0))]))]
     analysis = bs.AnalysisManager(small_model, path, listeners=[stop]).run(cases)
     assert [r.status for r in analysis.values()] == ["converged", "interrupted", "interrupted"]
@@ -74,14 +70,7 @@ def test_an_analysis_reads_like_a_dictionary(small_analysis, small_cases):
 @pytest.mark.parametrize("moment", [CaseStarted, CaseFinished])
 def test_interruption_between_programs_keeps_finished_cases(small_model, small_cases, tmp_path, moment):
     path = tmp_path / "cut.h5"
-    seen = []
-
-    def stop(event):
-        seen.append(type(event))
-        if seen.count(moment) == 2:
-            raise KeyboardInterrupt
-
-    bs.AnalysisManager(small_model, path, listeners=[stop]).run(small_cases)
+    bs.AnalysisManager(small_model, path, listeners=[stopping(moment, nth=2)]).run(small_cases)
     again = bs.open_analysis(path)
     assert again[small_cases[0].name].status == "converged"
     if moment is CaseStarted:

@@ -23,7 +23,7 @@ from blockstruct.views.figures.sheet import Drawing, _file_names, nearest_to_cru
 from blockstruct.views.solids import View, triangles
 from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, parts
 from refusals import refused
-from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve, stopping
 
 mpl.use("Agg")
 
@@ -488,11 +488,8 @@ def test_names_of_cases_become_different_names_of_files():
 
 
 def test_cases_without_iterations_or_without_a_mechanism_are_refused(small_model):
-    def stop(event):
-        raise KeyboardInterrupt
-
     case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
-    result = bs.AnalysisManager(small_model, listeners=[stop]).run([case])["case"]
+    result = bs.AnalysisManager(small_model, listeners=[stopping()]).run([case])["case"]
     unbounded = solve(small_model, push(0, 0, -1))
     for draw in (figures.structure, figures.mechanism, figures.forces, figures.convergence):
         with refused(bs.errors.ModelError, "no iteration interrupted"):

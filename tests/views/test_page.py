@@ -19,7 +19,7 @@ from blockstruct.views.solids import load_arrows
 from blockstruct.views.style import AMPLITUDE
 from blockstruct.views.words import spread_words, status_words
 from refusals import refused
-from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block
+from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block, stopping
 
 #: Traces of the scene.
 BLOCKS, EDGES, INTERFACES, JOINTS, FORCES, HEADS = range(1, 7)
@@ -99,10 +99,8 @@ def test_the_page_is_written_whole_or_not_at_all(analysis, small_model, tmp_path
     with refused(bs.errors.StorageError, "page.html written"):
         write_page(analysis, tmp_path / "nowhere" / "page.html")
 
-    def stop(event):
-        raise KeyboardInterrupt
-
-    cut = bs.AnalysisManager(small_model, listeners=[stop]).run([bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))])
+    case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
+    cut = bs.AnalysisManager(small_model, listeners=[stopping()]).run([case])
     with refused(bs.errors.ModelError, "iteration interrupted"):
         page_html(cut)
 
@@ -357,12 +355,8 @@ def test_macro_blocks_are_coloured_and_named(page, analysis):
 
 @pytest.mark.slow
 def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model, tmp_path):
-    def stop_in_two(event):
-        if isinstance(event, CaseStarted) and event.case.name == "two":
-            raise KeyboardInterrupt
-
     cases = [bs.LimitCase(name, SELF_WEIGHT, push(1, 0, 0), "associative") for name in ("one", "two")]
-    analysis = bs.AnalysisManager(small_model, listeners=[stop_in_two]).run(cases)
+    analysis = bs.AnalysisManager(small_model, listeners=[stopping(CaseStarted, case="two")]).run(cases)
     with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
         assert page.inner_text("#case option:enabled") == "one"
         assert page.inner_text("#case option:disabled") == "two: interrupted, interrupted by the user"

@@ -170,13 +170,6 @@ def test_the_worst_case_comes_first(small_model):
     assert said in html.unescape(summary(report_html(analysis, checks=checks)))
 
 
-def test_a_case_without_a_load_factor_governs():
-    blocks, joint = single_block(0.4, 0.8)
-    blocks[0] = bs.Block.box("ground", Q_([-1, 0, -0.5], "m"), Q_([1.1, 1, 0.5], "m"), blocks[0].material, fixed=True)
-    analysis = bs.AnalysisManager(model_of(blocks, joint)).run([case()])
-    assert "There is no load factor to rely on: “push” is unstable under dead load." in summary(report_html(analysis))
-
-
 def test_the_report_is_a_pdf_of_numbered_pages(paper):
     *_, found = paper
     for number, text in enumerate(found, 1):
