@@ -1,4 +1,4 @@
-"""The analysis manager, and the listener by which it commits a run while it is under way."""
+"""The analysis manager, its listener that commits a run, and analyses in one call."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence

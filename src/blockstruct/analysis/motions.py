@@ -1,4 +1,9 @@
-"""Motions: the capacity curve of a pushover or a settlement after collapse, and the response to a record."""
+"""Motions after collapse and under records; cases that are resumed, and run again by the remedy of a note.
+
+The history of a case answers the programs already solved. The procedure is deterministic: its next step depends only
+on the problem, the settings and the earlier solutions. So it runs again from the start, with a solver that knows the
+first solutions.
+"""
 
 from collections.abc import Iterable
 from dataclasses import replace

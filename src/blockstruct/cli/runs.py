@@ -1,4 +1,4 @@
-"""Commands that run analyses."""
+"""Commands that run analyses and studies."""
 
 from __future__ import annotations
 
@@ -29,6 +29,9 @@ from blockstruct.cli.app import (
     say_table,
 )
 from blockstruct.vocabulary import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Extra of each of the suggested commands, and its packages.
 _NEEDS = {"view": ("viz", ["plotly"]), "report": ("report", ["jinja2", "matplotlib"])}
@@ -154,10 +157,6 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, writt
         raise typer.Exit(Exit.INTERRUPTED)
     if any(r.missing_curve or not r.status.is_answer for r in analysis.values()):
         raise typer.Exit(Exit.NO_LOAD_FACTOR)
-
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @app.command()

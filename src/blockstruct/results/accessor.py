@@ -1,4 +1,4 @@
-"""The methods of a history: ``history.blockstruct``."""
+"""The methods of a history, ``history.blockstruct``, and histories and capacity curves as pandas tables."""
 
 import importlib.util
 from collections.abc import Collection, Hashable

@@ -1,4 +1,4 @@
-"""The capacity curve: every state of a pushover or a settlement as one xarray Dataset."""
+"""Capacity curves and responses to records: every state of blocks in motion as one xarray Dataset."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields

@@ -1,4 +1,4 @@
-"""The result of one limit case."""
+"""The result of one case: its number, its sentences, and all that follows from its history."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace

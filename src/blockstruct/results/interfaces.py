@@ -1,4 +1,4 @@
-"""Interfaces: resultants of their contact forces, utilisation of their strength, states, active joints."""
+"""Joints of a history: resultants, states, utilisation, reactions of supports, torsion, and crushing in cells."""
 
 from collections.abc import Callable, Hashable, Sequence
 

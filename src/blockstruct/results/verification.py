@@ -1,7 +1,4 @@
-"""Verification of results by recomputed certificates.
-
-They follow from model, loads, forces and velocities.
-"""
+"""Verification of results and capacity curves from model, forces and positions."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace

@@ -1,4 +1,4 @@
-"""Distributions of load factors, and shares of records under which a structure collapses."""
+"""Rows of a study as a Dataset, fractiles of its load factors, shares of collapses, and first-order scatter."""
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence

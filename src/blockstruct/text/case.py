@@ -1,4 +1,4 @@
-"""Sentences on the result of a case: its end and number, certificate, pushed states, response to a record."""
+"""Sentences on the result of a case: end, number, certificate, curve, response to a record, and pushed masses."""
 
 from collections.abc import Collection, Sequence
 

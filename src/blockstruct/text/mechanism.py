@@ -1,4 +1,4 @@
-"""Sentences on a collapse mechanism: bodies, joints, ties."""
+"""Sentences on a collapse mechanism: bodies, joints, ties, and supports that hold some motions only."""
 
 from collections.abc import Iterable, Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""Notes: sentences about a result, each with a code and a severity."""
+"""Notes: sentences about a result, each with a code and a severity; those on the number of a case and its joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

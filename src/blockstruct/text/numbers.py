@@ -1,4 +1,4 @@
-"""Numbers as text, and how many names a text lists."""
+"""Numbers as text, the name and format of the number of a case, and how many names a text lists."""
 
 from dataclasses import dataclass
 from typing import Any, Self

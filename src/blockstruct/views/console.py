@@ -1,4 +1,4 @@
-"""Tables and texts for a terminal of 80 columns."""
+"""Tables and texts of results and studies for a terminal of 80 columns, and the progress of a run there."""
 
 import math
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Bodies, interfaces and ties of a model as flat arrays, for all views."""
+"""Bodies, interfaces and ties of a model as flat arrays, the view on them, and their loads, for all views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Axes of figures: structures in elevation, plan or space, and diagrams."""
+"""Axes of figures: structures in elevation, plan or space, drawn from back to front, and diagrams."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Diagrams of one result: its iterations, its certificate, its curve, its response, its check."""
+"""Diagrams of one result: its iterations, its certificate, its curve, its response, its check, its crushing."""
 
 import math
 

@@ -1,4 +1,9 @@
-"""The page as text, as a file, and in a cell of a notebook."""
+"""The page and its data as text, as a file, and in a cell of a notebook.
+
+The data are the geometry once, and all iterations of every case. Arrays are base64 of deflated little-endian numbers.
+Places and forces are float32, and places have an origin near the structure, since survey coordinates exceed float32.
+Values that are only drawn, or read to three digits, are float16.
+"""
 
 import base64
 import json

@@ -1,4 +1,4 @@
-"""The report as text and as a file."""
+"""The report as text, as a file, and as PDF without a browser."""
 
 import math
 import re

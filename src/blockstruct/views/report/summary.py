@@ -1,4 +1,4 @@
-"""The first page of a report: the number to rely on, and what to know with it."""
+"""The first page of a report: the number to rely on, and what to know with it; its checks and pictures."""
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
