@@ -14,6 +14,7 @@ from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, Unkn
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results import CaseResult, sliding_rates
+from blockstruct.results.interfaces import ROUNDING
 from blockstruct.studies.design import GRID, LATIN, Design
 from blockstruct.studies.plan import Problem
 from blockstruct.units import si
@@ -400,8 +401,6 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
 
 #: Relative step of the coefficients in the test for a kink, and tolerated difference of derivatives in the test.
 _STEP, _SAME = 1e-4, 0.02
-#: Derivative, relative to the load factor, that counts as rounding.
-_ROUNDING = 1e-6
 
 
 def first_order(result: CaseResult, standard_deviation: float | Mapping[str, float]) -> xr.Dataset:
@@ -477,7 +476,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     along = ("interface",)
     predicted, left, right = _kink(result, derivative)
     # If friction has no effect, as in rocking, the derivatives are rounding errors.
-    same = max(_SAME * float(np.abs(derivative).sum()), _ROUNDING * abs(result.load_factor))
+    same = max(_SAME * float(np.abs(derivative).sum()), ROUNDING * abs(result.load_factor))
     unique = max(abs(left - predicted), abs(right - predicted)) <= same
     if not unique:
         msg = (
