@@ -11,6 +11,7 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.text import Scope, assumption_sentences, masses_below, report
 from blockstruct.units import readable
+from blockstruct.views import words
 from blockstruct.views.console import directions_text, parameter_texts
 from blockstruct.views.figures import drawings, overview
 from blockstruct.views.report.summary import (
@@ -27,17 +28,6 @@ from blockstruct.views.report.summary import (
     verification,
 )
 from blockstruct.views.selection import shown_results
-from blockstruct.views.words import (
-    admissible_words,
-    cells_of,
-    certificate_words,
-    pushover_words,
-    range_words,
-    roller_words,
-    spread_words,
-    status_words,
-    tie_words,
-)
 from blockstruct.vocabulary import counted
 
 #: Pictures of a case in the appendix, and their width and height, inches: three in a row.
@@ -289,7 +279,7 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
     settings = spread.given.settings.flat
     return {
         "name": name,
-        "words": spread_words(spread),
+        "words": words.spread_words(spread),
         "runs": [
             _result(r)
             | {
@@ -316,10 +306,12 @@ def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]], d
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,
-        "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
-        "certificate_words": certificate_words(r),
-        "ties": [*roller_words(r), *tie_words(r)],
-        "pushover": pushover_words(r),
+        "status_words": " ".join(
+            filter(None, (words.status_words(r), words.range_words(r), words.admissible_words(r)))
+        ),
+        "certificate_words": words.certificate_words(r),
+        "ties": [*words.roller_words(r), *words.tie_words(r)],
+        "pushover": words.pushover_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "notes": _numbers(r, notes, checks),
         "checks": checks,
@@ -358,7 +350,7 @@ def assumptions(
     masses = pushed_masses(model, results)
     if len(masses) > _FEW:
         masses = [masses_below(len(masses))]
-    return assumption_sentences(model, scope, cells_of(results), masses, bs.assess.lines.HIGHER)
+    return assumption_sentences(model, scope, words.cells_of(results), masses, bs.assess.lines.HIGHER)
 
 
 def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
