@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.geometry import triangulated
+from blockstruct.geometry.triangles import triangulated
 from blockstruct.text import SMALL
 
 Array = NDArray[np.float64]

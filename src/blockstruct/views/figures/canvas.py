@@ -18,7 +18,7 @@ from matplotlib.path import Path
 from matplotlib.textpath import TextPath
 
 import blockstruct as bs
-from blockstruct.geometry import next_corners
+from blockstruct.geometry.polygon import next_corners
 from blockstruct.views.solids import Solids, TieLines, View, block_pairs, round_value
 from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
 
