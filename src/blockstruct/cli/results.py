@@ -31,12 +31,7 @@ if TYPE_CHECKING:
 
 #: Printed variables of each state of a pushover.
 _OF_STATES = (
-    "displacement [meter]",
-    "load_factor",
-    "reaction [newton]",
-    "holds",
-    "penetration [meter]",
-    "energy_error",
+    *("displacement [meter]", "load_factor", "reaction [newton]", "holds", "penetration [meter]", "energy_error"),
 )
 
 

@@ -259,7 +259,7 @@ def cases_with_load_factors(data: xr.Dataset) -> list[str]:
     The answers of settlements are reactions.
     """
     settles = np.zeros(data.sizes["case"], dtype=bool)
-    for name in ("reaction", "reaction_moment"):
+    for name in _REACTIONS:
         if name in data:
             settles |= data[name].notnull().any([dim for dim in data[name].dims if dim != "case"]).to_numpy()
     return [str(name) for name in data["case"].to_numpy()[~settles]]
@@ -376,13 +376,12 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
     with np.errstate(invalid="ignore"):
         low = np.where(k > 0, beta.ppf(tail, k, n - k + 1), 0.0)
         high = np.where(k < n, beta.ppf(1 - tail, k + 1, n - k), 1.0)
-    plain = {"units": "dimensionless"}
     variables = {
-        "records": (over, n, plain | {"long_name": "records with an answer"}),
-        "collapses": (over, k, plain | {"long_name": "records under which the structure collapses"}),
-        "share": (over, k / np.where(n > 0, n, np.nan), plain | {"long_name": "share of collapses"}),
-        "low": (over, np.where(n > 0, low, 0.0), plain | {"long_name": f"low end of the {confidence:.0%} interval"}),
-        "high": (over, np.where(n > 0, high, 1.0), plain | {"long_name": f"high end of the {confidence:.0%} interval"}),
+        "records": (over, n, _NONE | {"long_name": "records with an answer"}),
+        "collapses": (over, k, _NONE | {"long_name": "records under which the structure collapses"}),
+        "share": (over, k / np.where(n > 0, n, np.nan), _NONE | {"long_name": "share of collapses"}),
+        "low": (over, np.where(n > 0, low, 0.0), _NONE | {"long_name": f"low end of the {confidence:.0%} interval"}),
+        "high": (over, np.where(n > 0, high, 1.0), _NONE | {"long_name": f"high end of the {confidence:.0%} interval"}),
     }
     summary = xr.Dataset(variables, coords={over: data[over], "fractile": list(FRACTILES)})
     if "peak_displacement" in data:
