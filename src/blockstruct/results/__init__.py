@@ -13,7 +13,14 @@ from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHis
 from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
-from blockstruct.results.history import division_of, history_of, iteration_variables
+from blockstruct.results.history import (
+    HISTORY,
+    Variable,
+    division_of,
+    history_of,
+    history_variables,
+    iteration_variables,
+)
 from blockstruct.results.interfaces import (
     FULLY_USED,
     NO_FORCE,
@@ -110,7 +117,10 @@ __all__ = [
     "sliding_rates",
     "history_frame",
     "division_of",
+    "HISTORY",
+    "Variable",
     "history_of",
+    "history_variables",
     "iteration_variables",
     "FULLY_USED",
     "NO_FORCE",
