@@ -82,7 +82,7 @@ def _boxes_that_meet(low: Array, high: Array, ahead: Array, within: float) -> tu
     one, other = shapely.STRtree(boxes[back]).query(boxes[front])
     one, other = front[one], back[other]
     i, j = box[one], box[other]
-    # Two boxes with several common slabs count in the first slab only.
+    # Two boxes with several common slabs count in the first of them only.
     once = (ahead[i] > ahead[j]) | ((ahead[i] == ahead[j]) & (i < j))
     i, j, common = i[once], j[once], slab[one[once]]
     keep = (common == np.maximum(first[i], first[j])) & (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
