@@ -98,7 +98,8 @@ bs.documents.write_document("{name}.yaml", model, cases)
 assert bs.read_document("{name}.yaml").model.hash == model.hash
 ```
 
-The same as a {{nb-download}}`notebook <{name}.ipynb>` and as a {{download}}`model document <{name}.yaml>`, for `blockstruct run`.
+The same as a {{nb-download}}`notebook <{name}.ipynb>`
+and as a {{download}}`model document <{name}.yaml>`, for `blockstruct run`.
 """
 
 

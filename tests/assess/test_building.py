@@ -40,11 +40,26 @@ def test_each_run_tells_the_time_that_is_left(capsys):
     """Also where no terminal shows it; progress=False prints nothing."""
     found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"])
     first, *runs = capsys.readouterr().err.splitlines()
-    # The runs of the range contain the case once more.
-    assert (first.startswith("model: 2 blocks; 1 direction"), len(runs)) == (True, 1 + len(found.analysis))
-    assert ["s left" in line for line in runs] == [True] * len(found.analysis) + [False]
+    # No case is run twice.
+    assert (first.startswith("model: 2 blocks; 1 direction"), len(runs)) == (True, len(found.analysis))
+    assert ["s left" in line for line in runs] == [True] * (len(runs) - 1) + [False]
     bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
     assert capsys.readouterr().err == ""
+
+
+def test_an_interrupt_ends_the_whole_building(monkeypatch):
+    """It went on with the variants of the directions that had ended."""
+    variants = bs.AnalysisManager.vary
+
+    def interrupted(self, result):
+        ended = variants(self, result)
+        (*_, last) = ended
+        cut = Outcome(bs.Status.INTERRUPTED, np.nan, bs.vocabulary.Reason.INTERRUPTED)
+        return ended.replaced(results={**ended, last: ended[last].changed(outcome=cut)})
+
+    monkeypatch.setattr(bs.AnalysisManager, "vary", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
 
 
 def test_a_direction_that_has_not_settled_opens_the_verdict_and_leaves_the_lowest_ratio(found):

@@ -14,6 +14,7 @@ import pandas as pd
 from blockstruct.analysis import AnalysisManager
 from blockstruct.analysis.events import CaseFinished, Event, Progress
 from blockstruct.analysis.plan import runs_of
+from blockstruct.analysis.remedies import with_effects
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.local_mechanism import local_mechanism
@@ -80,7 +81,7 @@ class Building:
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict of the building: that of the governing direction, which the others may leave open."""
+        """The verdict of the governing direction, which the other directions may leave open."""
         return self.governing.verdict
 
     @property
@@ -193,15 +194,15 @@ def building(  # noqa: PLR0913
         force = BodyForce(direction)
         name = f"push {direction if isinstance(direction, str) else tuple(direction)}"
         cases[name] = LimitCase(name, dead, LoadPattern(name, [force]))
-    variants = len(runs_of([*cases.values()][:1], settings or ProcedureSettings(), schedules_of(True)))
+    # The governing case is run before its variants.
+    variants = len(runs_of([*cases.values()][:1], settings or ProcedureSettings(), schedules_of(True))) - 1
     left = _TimeLeft(len(cases) + variants)
     watched: dict[str, Any] = {"settings": settings, "progress": is_watched() if progress == "auto" else progress}
     if progress is not False:
         watched["listeners"] = [left]
         print(assessment.runs_planned(model.name, len(model.blocks), len(cases), variants), file=sys.stderr, flush=True)
-    # The effects of torsion and crushing count where they may decide: in the direction that governs.
-    analysis = AnalysisManager(model, **watched, effects=False).run(cases.values())
-    manager = AnalysisManager(model, **watched)
+    manager = AnalysisManager(model, **watched, effects=False)
+    analysis = _complete(manager.run(cases.values()))
     results = dict(analysis)
 
     def checked(result: CaseResult | Spread) -> LocalMechanismCheck:
@@ -216,7 +217,10 @@ def building(  # noqa: PLR0913
     while (name := _governing(checks)) not in ranged:
         left.count += variants * bool(ranged)
         ranged.add(name)
-        more = manager.run([cases[name]], spread=True)
+        more = _complete(manager.vary(results[name]))
+        # The effects of torsion, crushing and self-stress count where they may decide: in the run relied on.
+        low = with_effects(more.spread(name).relied_on)
+        more = more.replaced(results={**more, low.name: low})
         results |= more
         checks[name] = checked(more.spread(name))
     governs = _governing(checks)
@@ -225,6 +229,13 @@ def building(  # noqa: PLR0913
     found = {name: result if (result.of_case or name) == governs else _last(result) for name, result in results.items()}
     kept = Analysis(model, found, analysis.created_at, analysis.versions, solver_options=analysis.solver_options)
     return Building(kept, MappingProxyType(checks), unit_sizes)
+
+
+def _complete(analysis: Analysis) -> Analysis:
+    """Return an analysis; raise KeyboardInterrupt if one ended it early, as a building needs every run."""
+    if analysis.status != "finished":
+        raise KeyboardInterrupt
+    return analysis
 
 
 def _governing(checks: Mapping[str, LocalMechanismCheck]) -> str:

@@ -82,7 +82,7 @@ class LocalMechanismCheck:
 
     @property
     def verdict(self) -> Verdict:
-        """What the check comes to, over all ways that have a ratio."""
+        """The verdict of the check, over all ways that have a ratio."""
         state = self.limit_states[self.relied_on]
         collapse = WayOfChecking(Way.COLLAPSE, self.alpha0, self.participation.e_star, state)
         ways = (collapse, *self.others)

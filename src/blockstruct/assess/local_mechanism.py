@@ -278,7 +278,7 @@ class _Request:
     ) -> tuple[list[WayOfChecking], list[Note]]:
         """Return the ways to check other motions and the lower end of the range, and their notes.
 
-        All of them have another a0* than the collapse mechanism, m/s², and the shape of its capacity curve.
+        Each way has its own a0*, m/s², and the shape of the capacity curve of the collapse mechanism.
         """
 
         def state(a0: float) -> LimitState | None:

@@ -285,7 +285,7 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
             | {
                 "name": schedule,
                 "settings": ", ".join(
-                    f"{what.replace('_', ' ')} {value}"
+                    f"{what.replace('_', ' ')} {f'{value:.4g}' if isinstance(value, float) else value}"
                     for what, value in r.settings.flat.items()
                     if value != settings[what]
                 ),

@@ -28,7 +28,8 @@ def address(drawing: Drawing) -> str:
 def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
     """Return the picture of the mechanism with its load, and the legend of its bodies; None without a mechanism.
 
-    Bodies below two percent of the moving weight are one entry of the legend.
+    The legend lists the five heaviest bodies. The others, and bodies below two percent of the moving weight, are one
+    entry.
     """
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
@@ -58,7 +59,7 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
     """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
     moving = moving_bodies(result, -1)[1]
     whole = sum(body.total for body in moving)
-    large = [body for body in moving if body.total >= text.SMALL * whole]
+    large = [body for body in moving if body.total >= text.SMALL * whole][: text.LISTED]
     rows = [
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],

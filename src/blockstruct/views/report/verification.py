@@ -78,7 +78,7 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
     return {
         "name": name,
         "verdict": str(verdict),
-        # The status of an unsettled case says more.
+        # The status of an unsettled case has more detail.
         "missed": not (check.satisfied or check.result.drifts),
         "ratio": verdict.state.ratio_text(),
         "state": check.relied_on,
@@ -98,7 +98,7 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
 
 
 def shared_sections(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Take the sections that all checks have alike out of them, and return them once: spectrum, coefficients."""
+    """Remove the sections that all checks share, spectrum and coefficients, and return them once."""
     if not found:
         return []
     first, *others = (check["sections"] for check in found)
