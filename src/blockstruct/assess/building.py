@@ -122,7 +122,7 @@ class Building:
         columns = ["load factor", "α", "e*", "ratio", "relied on", "satisfied"]
         shown = self.table.reindex(columns=columns)
         shown["ratio"] = [told_apart(ratio, 1.0)[0] for ratio in shown["ratio"]]
-        lines = [f"{self.verdict.case}: {self.verdict}", *(f"open: {note}" for note in self.verdict.open)]
+        lines = [f"{_governing(self.checks)}: {self.verdict}", *(f"open: {note}" for note in self.verdict.open)]
         lines += ["", shown.to_string(float_format="{:.4g}".format)]
         return "\n".join([*lines, *([str(self.unit_sizes)] if self.unit_sizes else [])])
 
