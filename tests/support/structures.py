@@ -8,7 +8,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import lofted
+from blockstruct.geometry.polyhedron import lofted
 from blockstruct.storage.file import seal_of
 
 STONE = bs.Material("stone", "20 kN/m^3")

@@ -256,7 +256,7 @@ def parts_not_hidden(
 ) -> list[tuple[FacePair, tuple[int, ...]]]:
     """Split face pairs into parts without and parts with another body between the two faces.
 
-    A body is between the faces of a pair if it has a face that looks at each of them.
+    A body is between the faces of a pair if its faces look at both.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:
     tree_boxes = shapely.box(low[box, x] - start[x], low[box, y] + shift, high[box, x] - start[x], high[box, y] + shift)
     one, other = shapely.STRtree(tree_boxes).query(tree_boxes)
     i, j = box[one], box[other]
-    # Two boxes with several common slabs count in the first of them only.
+    # Two boxes with several common slabs count in the first slab only.
     keep = (
         (i < j) & (slab[one] == np.maximum(first[i], first[j])) & (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
     )

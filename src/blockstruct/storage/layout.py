@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError
-from blockstruct.geometry import polyhedron, unsupported
+from blockstruct.geometry.neighbours import unsupported
+from blockstruct.geometry.polyhedron import polyhedron
 from blockstruct.limit import FictitiousSchedule, Numerics, Outcome
 from blockstruct.model import (
     JOINT_PROPERTIES,

@@ -33,7 +33,8 @@ _REASONS = {
         "the joints can carry any multiple of {load}, which without dilatancy does not exclude collapse"
     ),
     Reason.GROWS_WITHOUT_LIMIT: "the {number} grows without limit, and the joints can carry any multiple of {load}",
-    Reason.NEVER_SETTLES: "still {rising} at {last}, the blocks jam",
+    Reason.NEVER_SETTLES: "from {low} to {high} over the last tenfold displacement, and not settled",
+    Reason.JAMS: "still {rising} at {last}, the blocks jam",
     Reason.PROGRAM_NOT_SOLVED: "the solver did not solve the first program",
     Reason.NO_CERTIFICATE: "no certificate in {programs}",
     Reason.NEGATIVE_LOAD_FACTOR: "the only state that was found has a negative load factor",
@@ -65,14 +66,16 @@ def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
 
     If a loading path was followed and not closed, the text states why.
     """
-    last = "" if outcome.drift is None else answer.text(outcome.drift[1])
+    low, high = answer.ends(outcome.drift or (np.nan, np.nan))
     text = _REASONS[outcome.reason].format(
         carried=outcome.carried,
         hung=listed(hung, FEW) or "the structure",
         load="this motion of the supports" if answer.is_reaction else "the variable load",
         number=answer.name,
         rising="falling" if answer.is_reaction else "rising",
-        last=last,
+        last=low if answer.is_reaction else high,
+        low=low,
+        high=high,
         programs=counted(outcome.programs, "program"),
     )
     if outcome.path_end not in (None, PathEnd.CLOSED):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.geometry import triangulated
+from blockstruct.geometry.triangles import triangulated
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

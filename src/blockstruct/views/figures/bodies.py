@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.path import Path
 
 import blockstruct as bs
-from blockstruct.geometry import next_corners
+from blockstruct.geometry.polygon import next_corners
 from blockstruct.views.solids import Solids
 
 Array = npt.NDArray[np.float64]
