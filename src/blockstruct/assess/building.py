@@ -13,8 +13,8 @@ import pandas as pd
 
 from blockstruct.analysis import AnalysisManager
 from blockstruct.analysis.events import CaseFinished, Event, Progress
+from blockstruct.analysis.motions import with_effects
 from blockstruct.analysis.plan import runs_of
-from blockstruct.analysis.remedies import with_effects
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.local_mechanism import local_mechanism

@@ -12,7 +12,7 @@ import re
 import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache, partial
+from functools import partial
 from io import SEEK_END, RawIOBase, UnsupportedOperation
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -27,7 +27,7 @@ from blockstruct.errors import BlockstructError, FormatError, FormatWarning, Mod
 from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model, checked_text
 from blockstruct.results import Analysis, CaseResult, LazyHistory, checked_tags, restored_value, stored_value
-from blockstruct.schema import listed_violations, schema_text, violations
+from blockstruct.schema import listed_violations, schema, violations
 from blockstruct.storage.layout import (
     Finding,
     bound_findings,
@@ -670,10 +670,10 @@ class ModelImage(NamedTuple):
         if found:
             raise violated(path, found)
         global _last_model
-        _described(model, "model")
         image = None if _last_model is None else with_numbers(_last_model.image, "/model", _last_model.model, model)
         if image is None:
-            image = netcdf_image({"/": xr.Dataset({"schema": ((), _short_schema())}), "/model": model})
+            text = json.dumps(schema(SCHEMA), separators=(",", ":"))
+            image = netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model})
         _last_model = cls(image, model)
         return _last_model
 
@@ -710,7 +710,7 @@ def sealed_image(
     tree = {"/": xr.Dataset(attrs=attrs)}
     for of_case, result in analysis.items():
         place, case = f"/cases/{group_name(of_case)}", case_dataset(result, analysis.versions)
-        tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
+        tree |= {place: case, f"{place}/history": xr.Dataset()}
         parts = {name: ds for name in PARTS if (ds := getattr(result, name)) is not None}
         violations += _violations(place, case, "case", ("history", *parts))
         for name, ds in parts.items():
@@ -747,27 +747,8 @@ def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
     return list(by_name.values())
 
 
-@cache
-def _descriptions(part: str) -> dict[str, str]:
-    variables = json.loads(schema_text(SCHEMA))["$defs"][part]["properties"]["variables"]["properties"]
-    return {name: variable["description"] for name, variable in variables.items()}
-
-
-def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
-    """Give the variables of a Dataset the descriptions of the schema as ``long_name``, and return it."""
-    for name, description in _descriptions(part).items():
-        if name in ds.variables:
-            ds.variables[name].attrs.setdefault("long_name", description)
-    return ds
-
-
 def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:
     return [(_placed(place, where), what) for where, what in violations(outline_of(ds, groups), SCHEMA, part)]
-
-
-@cache
-def _short_schema() -> str:
-    return json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
 
 
 def _root_attributes(analysis: Analysis) -> dict[str, str]:
