@@ -94,6 +94,14 @@ def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
     assert found.verdict.satisfied
 
 
+def test_print_notebook_and_table_have_the_same_number(found):
+    title, ratio = f"{found.governing.result.name}: {found.verdict}", found.verdict.state.ratio_text()
+    for shown in (str(found), repr(found), found._repr_html_(), found.governing._repr_html_()):
+        assert title in shown.replace("&#x27;", "'")
+    rows = [row for row in found._repr_html_().split("<tr>") if f"<td>{ratio}</td>" in row]
+    assert (len(rows), len(found.table)) == (2, 4)
+
+
 def test_one_page_has_the_table_and_the_number(found, no_pictures):
     from blockstruct.views.report import report_html
 

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
@@ -25,7 +25,7 @@ from blockstruct.assess.verdict import Verdict
 from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
-from blockstruct.notebook import is_watched
+from blockstruct.notebook import html_table, is_watched
 from blockstruct.results import Analysis, CaseResult, Spread
 from blockstruct.text import assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
@@ -34,7 +34,7 @@ from blockstruct.vocabulary import Stage, Status
 DIRECTIONS = ("+x", "-x", "+y", "-y")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Building:
     """The checks of a building: :func:`building`.
 
@@ -48,8 +48,8 @@ class Building:
     """
 
     analysis: Analysis
-    checks: Mapping[str, LocalMechanismCheck] = field(repr=False)
-    unit_sizes: UnitSizes | None = field(default=None, repr=False)
+    checks: Mapping[str, LocalMechanismCheck]
+    unit_sizes: UnitSizes | None = None
 
     @property
     def governing(self) -> LocalMechanismCheck:
@@ -118,13 +118,31 @@ class Building:
         checks = self._noted.values()
         return write_report(self.analysis, path, project=project, checks=checks, unit_sizes=self.unit_sizes)
 
-    def __str__(self) -> str:
-        columns = ["load factor", "α", "e*", "ratio", "relied on", "satisfied"]
-        shown = self.table.reindex(columns=columns)
+    @property
+    def _title(self) -> str:
+        return f"{_governing(self.checks)}: {self.verdict}"
+
+    @property
+    def _shown(self) -> pd.DataFrame:
+        """The columns of the table that are printed, numbers with four digits."""
+        shown = self.table.reindex(columns=["load factor", "α", "e*", "ratio", "relied on", "satisfied"])
         shown["ratio"] = [told_apart(ratio, 1.0)[0] for ratio in shown["ratio"]]
-        lines = [f"{_governing(self.checks)}: {self.verdict}", *(f"open: {note}" for note in self.verdict.open)]
-        lines += ["", shown.to_string(float_format="{:.4g}".format)]
-        return "\n".join([*lines, *([str(self.unit_sizes)] if self.unit_sizes else [])])
+        return shown.apply(lambda column: [f"{v:.4g}" if isinstance(v, float) else v for v in column])
+
+    @property
+    def _below(self) -> list[str]:
+        """What is open, and the answers with units of other sizes."""
+        return [*(f"open: {note}" for note in self.verdict.open), *([str(self.unit_sizes)] if self.unit_sizes else [])]
+
+    def __repr__(self) -> str:
+        return f"<Building {self.analysis.model.name!r}: {self._title}>"
+
+    def _repr_html_(self) -> str:
+        shown = self._shown
+        return html_table(self._title, ["case", *shown.columns], shown.itertuples(name=None), self._below)
+
+    def __str__(self) -> str:
+        return "\n".join([self._title, "", self._shown.to_string(), *self._below])
 
 
 class _TimeLeft:
