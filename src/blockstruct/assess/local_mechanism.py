@@ -296,7 +296,7 @@ class _Request:
             notes.append(note_of_small(whole, large, a0))
         other = least_activation(found, self.forces, [body for body in bodies if body.moves], large)
         least = a0_star * other.acceleration / (alpha0 / whole.e_star)
-        if least < a0 and (one := state(least)):
+        if other.motion is not None and (one := state(least)):
             a0, alpha, e_star, motion = least, other.alpha, other.e_star, other.motion
             ways.append(WayOfChecking(Way.OTHER_MOTION, alpha, e_star, one, motion))
             notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies))
