@@ -48,6 +48,7 @@ from blockstruct.results import (
     compare,
     division_of,
     history_of,
+    history_variables,
     iteration_variables,
     state_arrays,
 )
@@ -77,7 +78,7 @@ class Recorder:
         """Commit the content of an event."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
-                self._working.start(case.name, versions())
+                self._working.start(case.name, versions(), *history_variables(statics, problem, []))
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}

@@ -22,7 +22,14 @@ from blockstruct.results.capacity import (
 )
 from blockstruct.results.case_result import AdmissibleState, CaseResult, Headline, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
-from blockstruct.results.history import division_of, history_of, iteration_variables
+from blockstruct.results.history import (
+    HISTORY,
+    Variable,
+    division_of,
+    history_of,
+    history_variables,
+    iteration_variables,
+)
 from blockstruct.results.interfaces import (
     FULLY_USED,
     NO_FORCE,
@@ -68,6 +75,7 @@ __all__ += ["pushed_tie_state", "arrays_of_response", "beginning_of", "fallen_bl
 __all__ += ["state_arrays", "steps_of"]
 __all__ += ["applied_loads", "pushed_masses"]
 __all__ += ["HistoryAccessor", "active_joints", "parts_beyond", "contact_state", "corner_torsion", "sliding_rates"]
-__all__ += ["history_frame", "division_of", "history_of", "iteration_variables", "FULLY_USED", "NO_FORCE"]
+__all__ += ["HISTORY", "history_frame", "division_of", "history_of", "history_variables", "iteration_variables"]
+__all__ += ["Variable", "FULLY_USED", "NO_FORCE"]
 __all__ += ["interface_resultants", "is_pressed", "support_reactions", "MacroBlock", "body_table", "macro_blocks"]
 __all__ += ["mechanism", "with_motion", "tie_forces", "tie_sentences", "tie_state", "ties_at_collapse", "utilisation"]

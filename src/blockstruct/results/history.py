@@ -17,6 +17,8 @@ from blockstruct.vocabulary import AXES, COMPONENTS
 Array = NDArray[np.float64]
 #: Dimensions, values and attributes of a variable.
 Variable = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
+#: Attributes of a history.
+HISTORY = {"long_name": "iteration history"}
 
 
 def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> xr.Dataset:
@@ -36,9 +38,17 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         interface_corner, block and axis (x, y, z). Blocks are in the order of the model. Supports have zero velocity
         unless they move. Ties add the dimensions tie (a stretch with one force) and tie_end.
     """
+    variables, coords = history_variables(statics, problem, iterations)
+    return xr.Dataset(variables, coords=coords, attrs=HISTORY)
+
+
+def history_variables(
+    statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
+) -> tuple[dict[str, Variable], dict[str, Variable]]:
+    """Return the variables of a history, and its coordinates."""
     variables = iteration_variables(statics, problem, iterations)
     coords = {name: variables.pop(name) for name in ("iteration", "stage")} | coordinates(statics, problem)
-    return xr.Dataset(variables, coords=coords, attrs={"long_name": "iteration history"})
+    return variables, coords
 
 
 def coordinates(statics: Statics, problem: LimitProblem) -> dict[str, Variable]:

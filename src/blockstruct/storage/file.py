@@ -286,6 +286,7 @@ class AnalysisFile:
                 UnverifiedWarning,
                 stacklevel=3,
             )
+        self._kept: h5py.File | None = None
         self.stamp, self.seal = self._snapshot.stamp, self._snapshot.seal.decode("ascii", "replace")
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
@@ -297,7 +298,7 @@ class AnalysisFile:
     def opened(self) -> Iterator[h5py.File]:
         """Open the HDF5 file; any error of the libraries on damaged bytes becomes a FormatError."""
         try:
-            with self._snapshot.file() as file:
+            with contextlib.nullcontext(self._kept) if self._kept else self._snapshot.file() as file:
                 yield file
             self._snapshot.check_unchanged()
         except StorageError:
@@ -308,6 +309,15 @@ class AnalysisFile:
         except Exception as error:
             msg = f"{self.path}: not a readable HDF5 file ({error}); it is damaged or of another kind"
             raise FormatError(msg) from error
+
+    @contextlib.contextmanager
+    def kept_open(self) -> Iterator[None]:
+        """Keep the HDF5 file open while several groups are read."""
+        with self._snapshot.file() as self._kept:
+            try:
+                yield
+            finally:
+                self._kept = None
 
     def root_findings(self) -> list[Finding]:
         """Return the violations of the root and of the list of cases."""
@@ -504,8 +514,9 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
         If the file was written before files were valid netCDF-4.
     """
     file = AnalysisFile(path, verify=verify)
-    analysis = read_analysis(file)
-    if file.repeats_dimensions():
+    with file.kept_open():
+        analysis, repeats_dimensions = read_analysis(file), file.repeats_dimensions()
+    if repeats_dimensions:
         remedy = "bs.save_analysis(bs.open_analysis(path), path), or 'blockstruct migrate FILE'"
         msg = f"{path}: netCDF's own library reads this file short; write it anew: {remedy}"
         warnings.warn(msg, FormatWarning, stacklevel=2)

@@ -631,26 +631,24 @@ def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator
 
 def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
     """Find where a history contradicts itself or the model."""
-    wrong = list(index_findings(path, history))
+    wrong, stored = list(index_findings(path, history)), _values(history)
     yield from wrong
     yield from _count_findings(path, history, "iteration")
     for name, words in _WORDS.items():
-        unknown = set(history[name].to_numpy()) - set(words)
+        unknown = set(stored[name]) - set(words)
         if unknown:
             yield f"{path}/{name}", f"{min(unknown)!r} is none of {', '.join(words)}"
-    if not wrong:
-        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        if np.any(history["contact_point"].to_numpy() != of_point):
-            yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
+    if not wrong and np.any(stored["contact_point"] != stored["interface"][stored["interface_of_contact_point"]]):
+        yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
     for dim in ("block", "interface"):
         if history.sizes[dim] != model.sizes[dim]:
             yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
-        elif np.any(history[dim].to_numpy() != model[dim].to_numpy()):
+        elif np.any(stored[dim] != model.variables[dim].to_numpy()):
             yield path, f"the {dim} names of the history are not those of /model"
 
 
 def _count_findings(path: str, ds: xr.Dataset, dim: str) -> Iterator[Finding]:
-    if not np.array_equal(ds[dim].to_numpy(), np.arange(ds.sizes[dim])):
+    if not np.array_equal(ds.variables[dim].to_numpy(), np.arange(ds.sizes[dim])):
         yield f"{path}/{dim}", "the numbers are not 0, 1, …"
 
 
