@@ -1,5 +1,6 @@
 """Several directions in one call, and several sizes of units."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -45,6 +46,14 @@ def test_each_run_tells_the_time_that_is_left(capsys):
     assert ["s left" in line for line in runs] == [True] * (len(runs) - 1) + [False]
     bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
     assert capsys.readouterr().err == ""
+
+
+def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
+    """A variant that is lower has notes of its own, whose effects were not known."""
+    runs = []
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", lambda run: runs.append(run) or run)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
+    assert [run.name for run in runs] == [found.verdict.case]
 
 
 def test_an_interrupt_ends_the_whole_building(monkeypatch):

@@ -271,8 +271,10 @@ def _headline(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]
 
 
 def _numbers(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the numbers of the notes on a case and its checks."""
-    return sorted({*notes.numbers([*r.warnings, *r.owed]), *(n for check in checks for n in check["notes"])})
+    """Return the numbers of the notes on a case, or on its checks, which include the notes on the run relied on."""
+    if not checks:
+        return notes.numbers([*r.warnings, *r.owed])
+    return sorted({number for check in checks for number in check["notes"]})
 
 
 def _result(r: bs.CaseResult) -> dict[str, str]:

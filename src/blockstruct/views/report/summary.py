@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.text import NoteCode, report
+from blockstruct.text import NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import moving_bodies
@@ -237,8 +237,11 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         return nothing | {"name": "", "sentence": report.NO_CASE, "between": ""}
     head, result = heads[name], analysis[name]
     begins = beginning_words(result)
-    of_check = [note.text for note in check.notes] if check else []
-    texts = [*result.warnings, *result.owed, *of_check]
+    if check:
+        # Those of a check include the notes on the run that it relies on, which may be a variant of the case.
+        texts = [note.text for note in sorted(check.notes, key=lambda note: note.severity is not Severity.WARNING)]
+    else:
+        texts = [*result.warnings, *result.owed]
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
