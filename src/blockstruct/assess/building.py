@@ -127,7 +127,9 @@ class Building:
         """The columns of the table that are printed, numbers with four digits."""
         shown = self.table.reindex(columns=["load factor", "α", "e*", "ratio", "relied on", "satisfied"])
         shown["ratio"] = [told_apart(ratio, 1.0)[0] for ratio in shown["ratio"]]
-        return shown.apply(lambda column: [f"{v:.4g}" if isinstance(v, float) else v for v in column])
+        for name, column in shown.items():
+            shown[name] = [f"{value:.4g}" if isinstance(value, float) else value for value in column]
+        return shown
 
     @property
     def _below(self) -> list[str]:
