@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.geometry import rotation_matrices
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
@@ -295,7 +294,7 @@ class Dynamics:
     def _moved(self, placement: Placement, twist: Array, h: float) -> Placement:
         """Return the placement after twists (B, 6) about the centres of mass for a time h."""
         G = self._centres(placement) + h * twist[:, :3]
-        turned = rotation_matrices(h * twist[:, 3:]) @ placement.rotation
+        turned = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
         return Placement(G - _turned(turned, self._masses.offset), turned)
 
 
