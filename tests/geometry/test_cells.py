@@ -6,7 +6,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from blockstruct.geometry import polygon_cells
+from blockstruct.geometry.cells import polygon_cells
 from properties import few
 
 UP = np.array([0.0, 0, 1])

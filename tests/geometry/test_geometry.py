@@ -6,20 +6,13 @@ import shapely
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import (
-    box,
-    box_pairs,
-    common_areas,
-    coplanar_face_pairs,
-    overlap,
-    overlapping_pairs,
-    polygon_area,
-    polygon_cells,
-    polyhedron,
-    separations,
-    tributary_areas,
-)
-from blockstruct.geometry.polygon import flat_polygons
+from blockstruct.geometry import overlap
+from blockstruct.geometry.cells import polygon_cells
+from blockstruct.geometry.coplanar import coplanar_face_pairs
+from blockstruct.geometry.neighbours import box_pairs, separations
+from blockstruct.geometry.overlap import overlapping_pairs
+from blockstruct.geometry.polygon import common_areas, flat_polygons, polygon_area, tributary_areas
+from blockstruct.geometry.polyhedron import box, polyhedron
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
 from blockstruct.geometry.touching import inset, largest_radius
 from structures import STONE, extruded, moved, rotation

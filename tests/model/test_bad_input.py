@@ -8,7 +8,7 @@ import pytest
 import blockstruct as bs
 import meshes
 from blockstruct import Q_
-from blockstruct.geometry import polyhedron
+from blockstruct.geometry.polyhedron import polyhedron
 from refusals import refused
 from structures import SELF_WEIGHT, STONE, model_of, push, single_block, solve
 

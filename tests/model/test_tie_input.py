@@ -5,7 +5,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import box, polyhedron, stretches_inside
+from blockstruct.geometry.polyhedron import box, polyhedron
+from blockstruct.geometry.triangles import stretches_inside
 from refusals import refused
 from structures import extruded, model_of, moved, rotation
 

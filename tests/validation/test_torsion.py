@@ -13,7 +13,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import mean_distances, plane_axes
+from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import polygon_area, screw_motions
+from blockstruct.geometry.polygon import polygon_area
+from blockstruct.geometry.screws import screw_motions
 from blockstruct.imports.solid import Content, Solid, make_blocks
 from blockstruct.units import QuantityLike, si
 

@@ -11,18 +11,16 @@ from numpy.typing import NDArray
 
 from blockstruct.contacts.joint_rules import check_rules_fit, joint_rule, unruled
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
-from blockstruct.geometry import (
+from blockstruct.geometry.coplanar import (
     FacePair,
-    Polyhedron,
-    box_pairs,
     coplanar_face_pairs,
     crossed_faces,
     joined_pairs,
     parts_not_hidden,
-    separations,
-    unsupported,
     without_far_sides,
 )
+from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
+from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model import (
     Block,

@@ -92,7 +92,7 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index, flush:
         crossing = result.corner + share[:, :, None] * (_following(result.corner, result.count) - result.corner)
         keep = np.stack([result.within & inside, result.within & (inside != next_inside)], axis=2)
         corner = np.stack([result.corner, crossing], axis=2)
-        # Where the outline leaves the polygon, it continues along the clipping edge.
+        # An outline that leaves the polygon continues along the clipping edge.
         edge = np.stack([result.edge, np.where(inside, M + k, result.edge)], axis=2)
         shape = (len(first), 2 * result.corner.shape[1])
         result = _packed(corner.reshape(*shape, 2), edge.reshape(shape), keep.reshape(shape))

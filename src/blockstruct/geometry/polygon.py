@@ -19,7 +19,7 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the vector products of vectors (k, 3): those of ``np.cross``, in a sixth of its time for a few."""
+    """Return the vector products of vectors (k, 3) as ``np.cross`` does; for a few vectors, in a sixth of its time."""
     return np.asarray(a.take(_NEXT, 1) * b.take(_LAST, 1) - a.take(_LAST, 1) * b.take(_NEXT, 1))
 
 

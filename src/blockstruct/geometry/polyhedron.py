@@ -188,7 +188,7 @@ def _corners_and_fan(loops: Loops) -> tuple[Corners, NDArray[np.int64]]:
 
 @lru_cache
 def _fault_of_faces(loops: Loops, n_vertices: int) -> str:
-    """Return why faces are not those of a body with n vertices; empty if they can be."""
+    """Return why faces cannot make a body of n vertices; empty if they can."""
     if len(loops) < 4:
         return f"{len(loops)} faces; a closed body has at least four"
     for index, loop in enumerate(loops):

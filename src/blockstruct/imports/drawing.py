@@ -154,23 +154,12 @@ def read_drawing(  # noqa: PLR0913
         If something was ignored or repaired.
     """
     path = Path(file)
-    content = drawing_content(
-        path,
-        unit=unit,
-        material=material,
-        override_unit=override_unit,
-        thickness=thickness,
-        plane=plane,
-        segments=segments,
-        closing=closing,
-        supports=supports,
-    )
+    content = drawing_content(path, unit, material, override_unit, thickness, plane, segments, closing, supports)
     return make_blocks([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
 
 
 def drawing_content(  # noqa: PLR0913
     path: Path,
-    *,
     unit: QuantityLike,
     material: Material | Mapping[str, Material],
     override_unit: bool = False,

@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryFileError, ModelError, UnknownNameError
-from blockstruct.geometry import lofted
+from blockstruct.geometry.polyhedron import lofted
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
@@ -87,21 +87,12 @@ def read_ifc(  # noqa: PLR0913
         If something was ignored or repaired, or a wall was not cut into units.
     """
     path = Path(file)
-    content = ifc_content(
-        path,
-        unit=None,
-        material=material,
-        classes=classes,
-        unit_length=unit_length,
-        unit_height=unit_height,
-        supports=supports,
-    )
+    content = ifc_content(path, None, material, classes, unit_length, unit_height, supports)
     return make_blocks([content], [path], unit=None, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
 
 
 def ifc_content(
     path: Path,
-    *,
     unit: QuantityLike | None,
     material: Material | Mapping[str, Material],
     classes: Iterable[str] = _CLASSES,

@@ -93,23 +93,8 @@ def _solid(name: str, points: NDArray[np.float64], material: Material, *, single
 #: Statements without effect on the shape of a solid.
 _SILENT = {"vn", "vt", "vp", "s", "usemtl", "mtllib", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj"}
 #: Statements of points, lines and free-form curves and surfaces.
-_OTHER = {
-    "p",
-    "l",
-    "curv",
-    "curv2",
-    "surf",
-    "parm",
-    "trim",
-    "hole",
-    "scrv",
-    "sp",
-    "end",
-    "cstype",
-    "deg",
-    "bmat",
-    "step",
-}
+_OTHER = {"p", "l", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "end"}
+_OTHER |= {"cstype", "deg", "bmat", "step"}
 #: Start of a comment in a line with a name.
 _COMMENT_AFTER_NAME = r"(?<!\S)#"
 
@@ -285,7 +270,8 @@ def read_mesh(
         Supports: names of blocks, where ``*`` matches any text; ``"lowest"`` for all blocks within 1 % of the mean
         block size of the lowest level, or ``"lowest 3 cm"``; ``"ground"`` for a new fixed block ``ground`` under the
         structure, or ``"ground 0.5 m"`` for one with its top at this height. A support drawn as a single face becomes
-        a fixed block behind the face. ``"NAME:x,z"`` holds some motions only: :attr:`blockstruct.Block.held`.
+        a fixed block on the far side of the face. ``"NAME:x,z"`` holds only some motions:
+        :attr:`blockstruct.Block.held`.
     exclude
         Names of blocks to ignore; ``*`` matches any text.
     up : {"z", "y", "x"}

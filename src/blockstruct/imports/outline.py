@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.geometry import lofted
+from blockstruct.geometry.polyhedron import lofted
 from blockstruct.geometry.tolerances import NEGLIGIBLE
 
 Array = NDArray[np.float64]
@@ -65,7 +65,7 @@ def read_outline(
     path, rise = divided_arcs(points, bulges, segments)
     corners, retraced = _once(path, NEGLIGIBLE * size)
     if not ring:
-        # The polyline is closed only if it repeats edges and the outline covers all of them.
+        # The polyline is closed only if it repeats edges and the outline covers all edges.
         around = shapely.buffer(shapely.linearrings(corners), 2 * NEGLIGIBLE * size) if len(corners) > 2 else None
         if not retraced or not shapely.covers(around, shapely.linestrings(path)):
             return gap
@@ -132,22 +132,14 @@ def prism(points: Array, level: float, thickness: float, *, standing: bool) -> t
 
     The thickness may be negative. If ``standing``, x, y and z of the drawing become x, z and y.
     """
-    x, y = points.T
     low, high = sorted((level, level + thickness))
     # In a standing drawing z points into the page, which reverses the outlines.
     levels = (high, low) if standing else (low, high)
-    rings = [np.column_stack([x, np.full(len(x), z), y] if standing else [x, y, np.full(len(x), z)]) for z in levels]
-    vertices, faces = lofted(*rings)
+    vertices, faces = lofted(*(np.insert(points, 1 if standing else 2, z, axis=1) for z in levels))
     return vertices, list(faces)
 
 
 def enclosed(points: Array) -> float:
     """Return the enclosed area of an outline (n, 2); if it crosses itself, the total area of its loops."""
-    signed = abs(area(points))
-    return max(signed, float(shapely.make_valid(shapely.polygons(points)).area))
-
-
-def area(points: Array) -> float:
-    """Return the area of an outline (n, 2), negative if it is clockwise."""
-    x, y = (points - points[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    outline = shapely.polygons(points)
+    return max(float(outline.area), float(shapely.make_valid(outline).area))

@@ -84,13 +84,12 @@ def read_rhino(
         If something was ignored or repaired.
     """
     path = Path(file)
-    content = rhino_content(path, unit=unit, material=material, override_unit=override_unit, supports=supports)
+    content = rhino_content(path, unit, material, override_unit, supports)
     return make_blocks([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
 
 
 def rhino_content(
     path: Path,
-    *,
     unit: QuantityLike | None,
     material: Material | Mapping[str, Material],
     override_unit: bool = False,

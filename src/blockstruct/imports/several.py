@@ -1,6 +1,7 @@
 """Import of one structure from several files of any kind."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,9 @@ from blockstruct.imports.solid import Content, make_blocks
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 
-#: Arguments of the formats that name layers or materials, besides unit and material.
-_OPTIONS = {
-    ".dxf": ("override_unit", "thickness", "plane", "segments", "closing", "supports"),
-    ".3dm": ("override_unit", "supports"),
-    ".ifc": ("classes", "unit_length", "unit_height", "supports"),
-}
+#: Readers of the formats that name layers or materials, and their arguments besides path, unit and material.
+_READERS: dict[str, Callable[..., Content]] = {".dxf": drawing_content, ".3dm": rhino_content, ".ifc": ifc_content}
+_OPTIONS = {suffix: tuple(signature(read).parameters)[3:] for suffix, read in _READERS.items()}
 
 
 def read_files(
@@ -47,7 +45,7 @@ def read_files(
     material, fixed, exclude, up, tolerance
         As for :func:`read_mesh`; materials may be given per layer if all files have layers, or materials in IFC.
     options
-        Further arguments of :func:`read_drawing`, :func:`read_rhino` and :func:`read_ifc`, for those of the files.
+        Further arguments of :func:`read_drawing`, :func:`read_rhino` and :func:`read_ifc`, for files of their formats.
 
     Returns
     -------
@@ -84,9 +82,7 @@ def read_files(
 def _content(path: Path, unit: QuantityLike | None, material: Any, options: Mapping[str, Any]) -> Content:
     """Return the content of a file, read with the options of its format."""
     suffix = path.suffix.lower()
-    if suffix not in _OPTIONS:
+    if suffix not in _READERS:
         return (assembly_content if suffix == ".json" else mesh_content)(path, material)
-    read: Any = {".dxf": drawing_content, ".3dm": rhino_content, ".ifc": ifc_content}[suffix]
-    own = {name: value for name, value in options.items() if name in _OPTIONS[suffix]}
-    content: Content = read(path, unit=unit, material=material, **own)
-    return content
+    of_format = {name: value for name, value in options.items() if name in _OPTIONS[suffix]}
+    return _READERS[suffix](path, unit, material, **of_format)

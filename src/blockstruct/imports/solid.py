@@ -15,8 +15,9 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError, shown
-from blockstruct.geometry import lofted, plane_axes
 from blockstruct.geometry.planes import Planes
+from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.polyhedron import lofted
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
@@ -31,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 def block_behind(face: Array, bodies: Sequence[Array]) -> tuple[Array, list[tuple[int, ...]]]:
-    """Return vertices and faces of the block behind a face, on the side away from the body nearest to the face.
+    """Return vertices and faces of a support drawn as a face, on its side away from the nearest body.
 
     The face stays as it is drawn: another area or place of the joint gives another load factor. The block is as thick
     as the bodies, by the median of their smallest extents.
@@ -374,7 +375,7 @@ def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:
 
 
 def _with_supports_behind_faces(bodies: list[Solid], fixed: Sequence[str], repairs: list[Repair]) -> list[Solid]:
-    """Replace each support of a single face by the fixed block behind the face."""
+    """Replace each support of a single face by a fixed block on its far side."""
     whole = [body.vertices for body in bodies if len(body.faces) > 1]
     supports = []
     for body in bodies:

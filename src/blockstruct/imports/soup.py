@@ -5,7 +5,8 @@ from itertools import chain, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry import connected, next_corners
+from blockstruct.geometry.neighbours import connected
+from blockstruct.geometry.polygon import next_corners
 from blockstruct.imports.tolerances import LEAST_FACES, WELD
 
 Array = NDArray[np.float64]

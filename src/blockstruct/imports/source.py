@@ -73,7 +73,7 @@ def read_text(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # Older programs write names in the code page of Windows or of their own. Numbers are the same in all of them.
+        # Older programs write names in the code page of Windows or of their own; digits are the same in all.
         return content.decode("cp1252", errors="replace")
 
 

@@ -9,11 +9,11 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
-from blockstruct.geometry import triangulated
 from blockstruct.geometry.neighbours import connected, expanded
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.tolerances import CHUNK, NEGLIGIBLE, PARALLEL
+from blockstruct.geometry.triangles import triangulated
 from blockstruct.imports.soup import compact
 from blockstruct.imports.tolerances import EXACT, MERGE, MOST_FACES_OF_BODY, NO_AREA, POLYGON, ROUNDS, SHALLOW
 from blockstruct.vocabulary import counted

@@ -88,101 +88,47 @@ class Masonry(Entry):
         return JointMaterial(name or self.name, friction_coefficient, **values, source=source)
 
 
-def _masonry(name: str, original: str, notes: tuple[str, ...] = (), **values: tuple[float, float]) -> Masonry:
-    ranges = {symbol: Range(*ends, *_UNITS[symbol], _MEANING[symbol]) for symbol, ends in values.items()}
-    return Masonry(
-        name=name,
-        original=original,
-        ranges=ranges,
-        source=_SOURCE,
-        verified=_VERIFIED,
-        notes=(_BASIS, *notes),
-    )
+#: Names of the kinds in the source.
+_ORIGINAL = {
+    "irregular rubble": "Muratura in pietrame disordinata",
+    "roughly cut stone": "Muratura a conci sbozzati, con paramenti di spessore disomogeneo",
+    "split stone, well laid": "Muratura in pietre a spacco con buona tessitura",
+    "irregular soft stone": "Muratura irregolare di pietra tenera",
+    "regular soft stone": "Muratura a conci regolari di pietra tenera",
+    "squared stone blocks": "Muratura a blocchi lapidei squadrati",
+    "solid brick and lime mortar": "Muratura in mattoni pieni e malta di calce",
+    "semi-solid brick and cement mortar": "Muratura in mattoni semipieni con malta cementizia",
+}
+#: Lowest and highest f, tau0, fv0, E and G in MPa, and w in kN/m³.
+_VALUES = """
+irregular rubble                   | 1.0 2.0 | 0.018 0.032 |           |  690 1050 | 230  350 | 19 19
+roughly cut stone                  | 2.0 2.0 | 0.035 0.051 |           | 1020 1440 | 340  480 | 20 20
+split stone, well laid             | 2.6 3.8 | 0.056 0.074 |           | 1500 1980 | 500  660 | 21 21
+irregular soft stone               | 1.4 2.2 | 0.028 0.042 |           |  900 1260 | 300  420 | 13 16
+regular soft stone                 | 2.0 3.2 | 0.040 0.080 | 0.10 0.19 | 1200 1620 | 400  500 | 13 16
+squared stone blocks               | 5.8 8.2 | 0.090 0.120 | 0.18 0.28 | 2400 3300 | 800 1100 | 22 22
+solid brick and lime mortar        | 2.6 4.3 | 0.050 0.130 | 0.13 0.27 | 1200 1800 | 400  600 | 18 18
+semi-solid brick and cement mortar | 5.0 8.0 | 0.080 0.170 | 0.20 0.36 | 3500 5600 | 875 1400 | 15 15
+"""
+_NOTES = {
+    "roughly cut stone": _WEDGES,
+    "split stone, well laid": (
+        "Of the three transcriptions one has 0.071 MPa as the greatest tau0, the two others 0.074 MPa."
+    ),
+    **dict.fromkeys(("irregular soft stone", "regular soft stone"), _LITHOLOGY),
+    "solid brick and lime mortar": _THICK,
+}
 
 
-_TABLE = [
-    _masonry(
-        "irregular rubble",
-        "Muratura in pietrame disordinata",
-        f=(1.0, 2.0),
-        tau0=(0.018, 0.032),
-        E=(690, 1050),
-        G=(230, 350),
-        w=(19, 19),
-    ),
-    _masonry(
-        "roughly cut stone",
-        "Muratura a conci sbozzati, con paramenti di spessore disomogeneo",
-        (_WEDGES,),
-        f=(2.0, 2.0),
-        tau0=(0.035, 0.051),
-        E=(1020, 1440),
-        G=(340, 480),
-        w=(20, 20),
-    ),
-    _masonry(
-        "split stone, well laid",
-        "Muratura in pietre a spacco con buona tessitura",
-        ("Of the three transcriptions one has 0.071 MPa as the greatest tau0, the two others 0.074 MPa.",),
-        f=(2.6, 3.8),
-        tau0=(0.056, 0.074),
-        E=(1500, 1980),
-        G=(500, 660),
-        w=(21, 21),
-    ),
-    _masonry(
-        "irregular soft stone",
-        "Muratura irregolare di pietra tenera",
-        (_LITHOLOGY,),
-        f=(1.4, 2.2),
-        tau0=(0.028, 0.042),
-        E=(900, 1260),
-        G=(300, 420),
-        w=(13, 16),
-    ),
-    _masonry(
-        "regular soft stone",
-        "Muratura a conci regolari di pietra tenera",
-        (_LITHOLOGY,),
-        f=(2.0, 3.2),
-        tau0=(0.04, 0.08),
-        fv0=(0.10, 0.19),
-        E=(1200, 1620),
-        G=(400, 500),
-        w=(13, 16),
-    ),
-    _masonry(
-        "squared stone blocks",
-        "Muratura a blocchi lapidei squadrati",
-        f=(5.8, 8.2),
-        tau0=(0.09, 0.12),
-        fv0=(0.18, 0.28),
-        E=(2400, 3300),
-        G=(800, 1100),
-        w=(22, 22),
-    ),
-    _masonry(
-        "solid brick and lime mortar",
-        "Muratura in mattoni pieni e malta di calce",
-        (_THICK,),
-        f=(2.6, 4.3),
-        tau0=(0.05, 0.13),
-        fv0=(0.13, 0.27),
-        E=(1200, 1800),
-        G=(400, 600),
-        w=(18, 18),
-    ),
-    _masonry(
-        "semi-solid brick and cement mortar",
-        "Muratura in mattoni semipieni con malta cementizia",
-        f=(5.0, 8.0),
-        tau0=(0.08, 0.17),
-        fv0=(0.20, 0.36),
-        E=(3500, 5600),
-        G=(875, 1400),
-        w=(15, 15),
-    ),
-]
+def _masonry(row: str) -> Masonry:
+    name, *cells = (cell.strip() for cell in row.split("|"))
+    ends = {symbol: cell.split() for symbol, cell in zip(_MEANING, cells, strict=True) if cell}
+    ranges = {s: Range(float(low), float(high), *_UNITS[s], _MEANING[s]) for s, (low, high) in ends.items()}
+    notes = (_BASIS, _NOTES[name]) if name in _NOTES else (_BASIS,)
+    return Masonry(name=name, original=_ORIGINAL[name], ranges=ranges, source=_SOURCE, verified=_VERIFIED, notes=notes)
+
+
+_TABLE = [_masonry(row) for row in _VALUES.strip().splitlines()]
 #: All kinds of masonry, by name.
 MASONRY: Mapping[str, Masonry] = MappingProxyType({entry.name: entry for entry in _TABLE})
 

@@ -31,8 +31,8 @@ _WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
 class Mirror:
     """A problem of half a structure, and the way back to the whole.
 
-    The forces of the whole are ``x = S x̂``, its velocities ``u = T û``. One contact point, or one block, stands for
-    two where its mirror image is another one, and its unit of force is twice as large. So equilibrium ``Tᵀ A S``,
+    The forces of the whole are ``x = S x̂``, its velocities ``u = T û``. A contact point, or a block, that is not
+    its own mirror image stands for two, and its unit of force is twice as large. So equilibrium ``Tᵀ A S``,
     loads ``Tᵀ w`` and strengths have the same form, work is unchanged, and ``v̂ = Sᵀ Aᵀ T û``. A block that is its own
     image keeps three of six motions. The rows of the others are empty.
 
@@ -198,7 +198,7 @@ def _normals(problem: LimitProblem) -> list[Array]:
 def _mates(before: Array, after: Array) -> Index:
     """Return the index of the mirror image of each place.
 
-    ``before`` (N, c) are the keys of the places, ``after`` those of their mirror images. Without a mirror image the
+    ``before`` (N, c) are the keys of the places, ``after`` the keys of their mirror images. Without a mirror image the
     index is any.
     """
     weights = _WEIGHTS[: before.shape[1]]

@@ -69,7 +69,7 @@ class LimitProblem:
         in-plane motion of the joint. The other shear forces of such a joint are redundant. They stay limited because a
         solver fails on redundant forces without limits.
     statics : Statics or None
-        Geometry of the model; None if the problem is a part of it.
+        Geometry of the model; None for a part of the problem.
     """
 
     A: sp.csc_array
@@ -111,7 +111,7 @@ class LimitProblem:
         scale = np.repeat([1.0, statics.length], 3)
         dead = wrenches(statics.model, case.dead, case.dead)[statics.free] / scale
         driving = dead if settles else wrenches(statics.model, case.patterns[-1], case.dead)[statics.free] / scale
-        # The units are those of all loads; held motions carry theirs to the supports.
+        # All loads count for the units; held motions carry their loads to the supports.
         governing = np.linalg.norm(dead if dead.any() else driving, axis=1)
         dead, driving = (np.where(statics.held, 0.0, w) for w in (dead, driving))
         if not driving.any():

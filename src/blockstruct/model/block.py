@@ -8,7 +8,7 @@ from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError, shown
-from blockstruct.geometry import Polyhedron, box, polyhedron
+from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
 from blockstruct.model.checks import checked_direction, checked_name
 from blockstruct.model.fields import ModelObject, has_name, instance_of, named_arguments
 from blockstruct.model.materials import Material

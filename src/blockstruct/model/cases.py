@@ -369,7 +369,7 @@ class RecordCase(ModelObject):
     """The motion of a structure under its dead load while the ground accelerates.
 
     Blocks are rigid and have mass. They open, slide and strike each other without bounce. Weights of the dead load
-    move with their blocks, with their ``mass_share``. The response says whether the structure stands.
+    move with their blocks, with their ``mass_share``. The result is whether the structure stands.
 
     Parameters
     ----------
@@ -518,7 +518,7 @@ class RecordCase(ModelObject):
     def scaled(self, factor: float, name: str = "") -> "RecordCase":
         """Return the case with the acceleration times a factor.
 
-        Its name is ``name``, or by default that of the case with the factor: ``"pulse × 1.5"``.
+        Its name is ``name``, or by default the name of the case and the factor: ``"pulse × 1.5"``.
         """
         values = np.array(self.acceleration) * factor
         acceleration = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())

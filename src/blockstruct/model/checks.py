@@ -27,10 +27,8 @@ AXES_BY_NAME = {
     for j, axis in enumerate("xyz")
     for sign in "+-"
 }
-#: Largest deviation of the length of a direction from 1.
-_LENGTH = 1e-3
-#: Largest distance of a point from the box around its block, relative to the block: rounding.
-OFF_BLOCK = 1e-3
+#: Relative rounding of numbers that users type: of the length 1 of a direction, and of a point at its block.
+TYPED = 1e-3
 
 
 def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
@@ -52,7 +50,7 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     if length == 0:
         msg = f"{what} {(x, y, z)} is zero; give a direction such as (1, 0, 0) or '+x'"
         raise ModelError(msg)
-    if abs(length - 1) > _LENGTH:
+    if abs(length - 1) > TYPED:
         msg = (
             f"{what} {(x, y, z)} has the length {length:.6g}, not 1; give a direction of length 1"
             f"{remedy.format(length=length)}"
@@ -183,7 +181,7 @@ def check_at_block(
         If it is outside by more than rounding.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    slack = OFF_BLOCK * float((high - low).max())
+    slack = TYPED * float((high - low).max())
     if np.any(point < low - slack) or np.any(point > high + slack):
         msg = (
             f"{what} at block {block!r} is {tuple(point)} m, outside the block, which extends from "

@@ -15,7 +15,7 @@ from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
 from blockstruct.vocabulary import JointOrientation, counted
 
-#: Largest number of findings of one kind in a printed report. The table has all of them.
+#: Largest number of findings of one kind in a printed report. The table lists all.
 LISTED = 20
 #: Kind of the contacts that the console does not list: there may be thousands.
 BETWEEN_SUPPORTS = "between supports, left out"

@@ -11,7 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
-from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
+from blockstruct.geometry.faces import areas_on_bodies
+from blockstruct.geometry.neighbours import box_pairs
+from blockstruct.geometry.overlap import overlapping_pairs
+from blockstruct.geometry.polygon import common_areas, perimeter
 from blockstruct.geometry.tolerances import NEGLIGIBLE, PARALLEL
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport

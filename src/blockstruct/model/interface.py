@@ -7,7 +7,7 @@ from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError
-from blockstruct.geometry import mean_distances, polygon_area
+from blockstruct.geometry.polygon import mean_distances, polygon_area
 from blockstruct.geometry.tolerances import NO_AREA, ROUNDING
 from blockstruct.model.fields import ModelObject, changed, has_name, instance_of, label, named_arguments, store
 from blockstruct.model.materials import JointMaterial

@@ -92,7 +92,7 @@ class LineLoad(ModelObject):
         Above zero.
     start, end : quantity, length, three components
         Ends of the line. Without a block, the line is level and lies on upper faces of blocks at its height. If it runs
-        between two blocks, each carries half of it. Along an edge, the block with the edge carries all of it. The
+        between two blocks, each carries half. Along an edge, the block with the edge carries the whole load. The
         tolerance of heights and edges is a thousandth of a block.
     block
         Name of the one block that carries the load. The line lies within its extent.

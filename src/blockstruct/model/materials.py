@@ -44,7 +44,7 @@ class Material(ModelObject):
     density : quantity, mass/volume
         Mass per volume, instead of the unit weight. The weight is the mass times 9.80665 m/s².
     source
-        Where the value comes from. It is stored and printed with the material.
+        Origin of the value. It is stored and printed with the material.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class JointMaterial(ModelObject):
         torque T about the centroid also satisfy ``V² + (T / r̄)² ≤ R²``, with the sliding resistance R and the mean
         distance r̄ of the area from its centroid.
     source
-        Where the values come from. It is stored and printed with the material.
+        Origin of the values. It is stored and printed with the material.
 
     Attributes
     ----------

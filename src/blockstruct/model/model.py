@@ -12,9 +12,10 @@ import numpy as np
 from attrs import field, frozen
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.geometry import bodies_at, unsupported
+from blockstruct.geometry.neighbours import unsupported
+from blockstruct.geometry.overlap import bodies_at
 from blockstruct.model.block import Block
-from blockstruct.model.checks import OFF_BLOCK, check_unrepeated
+from blockstruct.model.checks import TYPED, check_unrepeated
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments, store
 from blockstruct.model.fit import check_interfaces, check_overlaps
@@ -35,7 +36,7 @@ class Model(ModelObject):
     name
         Name of the structure.
     blocks
-        Blocks with unique names, at least one of them fixed or on rollers.
+        Blocks with unique names. At least one is fixed or on rollers.
     interfaces : Detection or iterable of Interface
         Result of :func:`blockstruct.detect_interfaces`, or interfaces with unique names between blocks of the model.
         The model accepts every interface of a Detection, because it knows the tolerances.
@@ -188,7 +189,7 @@ class Model(ModelObject):
         'top'
         """
         at = np.array(si_vector(point, "length", f"model {self.name!r}: point"))
-        within, on = bodies_at([b.shape for b in self.blocks], at, OFF_BLOCK * self.characteristic_length)
+        within, on = bodies_at([b.shape for b in self.blocks], at, TYPED * self.characteristic_length)
         candidates = [self.blocks[k] for k in within or on]
         candidates = [b for b in candidates if not b.fixed] or candidates
         if len(candidates) == 1:

@@ -11,8 +11,8 @@ from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.geometry import stretches_inside
 from blockstruct.geometry.tolerances import NEGLIGIBLE
+from blockstruct.geometry.triangles import stretches_inside
 from blockstruct.model.block import Block
 from blockstruct.model.checks import check_at_block
 from blockstruct.model.fields import (
@@ -287,6 +287,7 @@ class Strip(ModelObject):
     """
 
     computed: ClassVar = {"capacity": "force"}
+    governing: ClassVar = "strength"
 
     name: str = field(validator=has_name)
     start: Anchor = field(converter=anchor, metadata=_LENGTH)
@@ -301,11 +302,6 @@ class Strip(ModelObject):
     def capacity(self) -> float:
         """``A_f f_fd``, N."""
         return self.area * self.strength
-
-    @property
-    def governing(self) -> str:
-        """Name of the limit."""
-        return "strength"
 
     def segments(self, blocks: Mapping[str, Block]) -> tuple[TieSegment, ...]:
         """Return the one segment of the strip, if it fits the blocks of a model, as :meth:`Tie.segments` does.
@@ -394,6 +390,7 @@ class BondedBar(ModelObject):
     """
 
     computed: ClassVar = {"capacity": "force"}
+    governing: ClassVar = "yield"
 
     name: str = field(validator=has_name)
     start: Vector = field(converter=vector, metadata=_LENGTH)
@@ -424,11 +421,6 @@ class BondedBar(ModelObject):
         if self.yield_force is not None:
             return self.yield_force
         return math.pi * self.diameter**2 / 4 * (self.strength or 0.0)
-
-    @property
-    def governing(self) -> str:
-        """Name of the limit of the bar."""
-        return "yield"
 
     def segments(self, blocks: Mapping[str, Block]) -> tuple[TieSegment, ...]:
         """Return the segments of the bar from one block to the next.

@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.geometry import PlanFaces, products
+from blockstruct.geometry.plan import PlanFaces, products
 from blockstruct.model import AreaLoad, Block, FillLoad, LineLoad, LoadPattern, Model, Weight
 from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed

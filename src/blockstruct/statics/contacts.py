@@ -6,7 +6,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry import is_rectangle, mean_distances, plane_axes, polygon_cells, tributary_areas
+from blockstruct.geometry.cells import is_rectangle, polygon_cells
+from blockstruct.geometry.polygon import mean_distances, plane_axes, tributary_areas
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Model
 from blockstruct.vocabulary import Torsion

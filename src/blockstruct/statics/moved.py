@@ -7,14 +7,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.geometry import (
-    MovingBodies,
-    Touching,
-    plane_axes,
-    rotation_matrices,
-    rotation_vectors,
-    screw_motions,
-)
+from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
+from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry import mean_distances, plane_axes
+from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.model import Interface
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.geometry import clipped, fan, products
+from blockstruct.geometry.plan import clipped, fan, products
 from blockstruct.model import BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight, WeightLoad
 from blockstruct.statics.carried import Placing, carried_weights
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import SHORTEST, check_total, checked_count, positive_length
-from blockstruct.structures.builder import builder
+from blockstruct.model.checks import SHORTEST, check_total, checked_count
+from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.prism import prism
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
@@ -60,7 +60,7 @@ class ArchProfile:
         who
             Name of the builder in error messages.
         """
-        s, t = positive_length(span, f"{who}: span"), positive_length(thickness, f"{who}: thickness")
+        s, t = lengths(who, span=span, thickness=thickness)
         n = checked_count(voussoirs, 2, f"{who}: voussoirs")
         f = s / 2 if rise is None else si(rise, "length", f"{who}: rise")
         if f < 0 or 0 < f < SHORTEST:
@@ -221,7 +221,7 @@ def barrel_vault(
     (True, '1.1', '2.1')
     """
     profile = ArchProfile.of(span, thickness, voussoirs, rise, skewback)
-    reach, t = positive_length(length, "arch: depth or length"), positive_length(thickness, "arch: thickness")
+    reach, t = lengths("arch", **{"depth or length": length, "thickness": thickness})
     x0, y0, z0 = si_vector(origin, "length", "arch: origin")
     inner, outer = (ends + np.array([x0, z0]) for ends in (profile.inner, profile.outer))
     whole = (y0, y0 + reach)
@@ -285,11 +285,8 @@ def arch_on_piers(
     ['base', 'left.1', 'left.2', 'left.3', 'left.4', 'left.springer']
     """
     profile = ArchProfile.of(span, thickness, voussoirs, rise, skewback, "arch_on_piers")
-    d = positive_length(depth, "arch_on_piers: depth")
-    width, height = (
-        positive_length(value, f"arch_on_piers: {what}")
-        for what, value in (("pier_width", pier_width), ("pier_height", pier_height))
-    )
+    sizes = {"depth": depth, "pier_width": pier_width, "pier_height": pier_height}
+    d, width, height = lengths("arch_on_piers", **sizes)
     courses = checked_count(pier_courses, 1, "arch_on_piers: pier_courses")
     inner, outer = (ends + np.array([0.0, height]) for ends in (profile.inner, profile.outer))
     end = inner[-1, 0] + width

@@ -157,7 +157,7 @@ class Panel:
     origin
         Start of a whole unit in courses that are not shifted.
     shifts_odd
-        Whether courses of odd numbers are shifted by half a unit. Otherwise those of even numbers are.
+        Whether courses of odd numbers are shifted by half a unit. Otherwise courses of even numbers are.
     within
         Polygon of the panel along and up, if it is not a rectangle.
     rubble

@@ -41,6 +41,11 @@ def builder(function: _Function) -> _Function:
     return cast(_Function, build)
 
 
+def lengths(who: str, **values: Any) -> list[float]:
+    """Return the lengths of a builder, m, in the order of its arguments."""
+    return [positive_length(value, f"{who}: {name}") for name, value in values.items()]
+
+
 def length(value: QuantityLike, dimension: str = "", what: str = "") -> float:
     """Return a length in m, within the range of buildings."""
     return positive_length(value, what)

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from blockstruct.errors import DimensionError, ModelError, shown
-from blockstruct.geometry import box, polyhedron
+from blockstruct.geometry.polyhedron import box
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import checked_count, positive_length
-from blockstruct.structures.builder import builder
-from blockstruct.structures.prism import prismatoid
+from blockstruct.model.checks import checked_count
+from blockstruct.structures.builder import builder, lengths
+from blockstruct.structures.prism import block, prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_array, si_vector
 
 
@@ -51,16 +51,16 @@ def column(
     >>> [b.name for b in column(height="6 m", diameter="1 m", top_diameter="0.8 m", drums=3, material=marble)]
     ['base', '1', '2', '3']
     """
-    h, d = positive_length(height, "column: height"), positive_length(diameter, "column: diameter")
-    top = d if top_diameter is None else positive_length(top_diameter, "column: top_diameter")
+    top_diameter = diameter if top_diameter is None else top_diameter
+    h, d, top = lengths("column", height=height, diameter=diameter, top_diameter=top_diameter)
     count, n = checked_count(drums, 1, "column: drums"), checked_count(sides, 3, "column: sides")
     angle = 2 * math.pi * np.arange(n) / n
     around = np.column_stack([np.cos(angle), np.sin(angle)])
 
     blocks = []
     if base:
-        shape = polyhedron(*box((-0.75 * d, -0.75 * d, -d / 2), (1.5 * d, 1.5 * d, d / 2)), name=f"{prefix}base")
-        blocks.append(Block(f"{prefix}base", shape, material, fixed=True))
+        plinth = box((-0.75 * d, -0.75 * d, -d / 2), (1.5 * d, 1.5 * d, d / 2))
+        blocks.append(block(f"{prefix}base", plinth, material, fixed=True))
     levels = np.linspace(0.0, h, count + 1)
     radii = (d + (top - d) * levels / h) / 2
     for k in range(count):
@@ -118,8 +118,8 @@ def stack(
     for k in range(0 if base else 1, number + 1):
         name = prefix + (str(k) if k else "base")
         steps = max(k - 1, 0)
-        vertices, faces = box((steps * dx, steps * dy, (k - 1) * edges[2]), edges)
-        blocks.append(Block(name, polyhedron(vertices, faces, name), material, fixed=k == 0))
+        body = box((steps * dx, steps * dy, (k - 1) * edges[2]), edges)
+        blocks.append(block(name, body, material, fixed=k == 0))
     return blocks
 
 
@@ -163,8 +163,6 @@ def tilted(
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     turn = np.eye(3) + math.sin(theta) * cross + (1 - math.cos(theta)) * cross @ cross
     return [
-        Block(
-            b.name, polyhedron(point + (b.shape.vertices - point) @ turn.T, b.shape.faces, b.name), b.material, b.held
-        )
+        block(b.name, (point + (b.shape.vertices - point) @ turn.T, b.shape.faces), b.material, fixed=b.held)
         for b in blocks
     ]

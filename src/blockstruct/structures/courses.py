@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from blockstruct.errors import ModelError
-from blockstruct.geometry import box, polyhedron
+from blockstruct.geometry.polyhedron import box
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import check_total, positive_length
-from blockstruct.structures.builder import builder
+from blockstruct.model.checks import check_total
+from blockstruct.structures.builder import builder, lengths
+from blockstruct.structures.prism import block
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 
@@ -49,9 +50,7 @@ def courses(
     ModelError
         If courses have different lengths, a unit has length zero, or a size is not positive.
     """
-    length = positive_length(unit_length, "courses: unit_length")
-    height = positive_length(unit_height, "courses: unit_height")
-    t = positive_length(thickness, "courses: thickness")
+    length, height, t = lengths("courses", unit_length=unit_length, unit_height=unit_height, thickness=thickness)
     x0, y0, z0 = si_vector(origin, "length", "courses: origin")
     rows = [_lengths(row, j) for j, row in enumerate(checked_tuple(rows, object, "courses: rows"), start=1)]
     check_total(sum(map(len, rows)), "courses")
@@ -62,8 +61,8 @@ def courses(
 
     def unit(name: str, x: float, x_end: float, z: float, z_end: float, *, fixed: bool = False) -> Block:
         corner = (x0 + x * length, y0, z0 + z * height)
-        vertices, faces = box(corner, ((x_end - x) * length, t, (z_end - z) * height))
-        return Block(prefix + name, polyhedron(vertices, faces, prefix + name), material, fixed)
+        body = box(corner, ((x_end - x) * length, t, (z_end - z) * height))
+        return block(prefix + name, body, material, fixed=fixed)
 
     blocks = [unit("base", 0.0, width, -1.0, 0.0, fixed=True)] if base else []
     for j, row in enumerate(rows, start=1):

@@ -5,10 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry import BOX_FACES, polyhedron
+from blockstruct.geometry.polyhedron import BOX_FACES
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import check_total, checked_count, positive_length
-from blockstruct.structures.builder import builder
+from blockstruct.model.checks import check_total, checked_count
+from blockstruct.structures.builder import builder, lengths
+from blockstruct.structures.prism import block
 from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
@@ -53,7 +54,8 @@ def cross_vault(
     >>> len(blocks), blocks[0].name, blocks[4].name
     (100, 'base1', '1.1.1')
     """
-    radius, t = positive_length(span, "cross_vault: span") / 2, positive_length(thickness, "cross_vault: thickness")
+    s, t = lengths("cross_vault", span=span, thickness=thickness)
+    radius = s / 2
     rows = checked_count(courses, 2, "cross_vault: courses")
     count = checked_count(units, 1, "cross_vault: units")
     check_total(8 * rows * count, "cross_vault")
@@ -93,4 +95,4 @@ def _turned(name: str, corners: Array, web: int, material: Material, *, fixed: b
     for _ in range(quarter):
         points = points[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]
     faces = tuple(face[::-1] for face in BOX_FACES) if mirrored else BOX_FACES
-    return Block(name, polyhedron(points, faces, name), material, fixed)
+    return block(name, (points, faces), material, fixed=fixed)

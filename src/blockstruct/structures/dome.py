@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.geometry import polyhedron
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import check_total, checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count
 from blockstruct.structures.arch import half_profile
-from blockstruct.structures.builder import builder
-from blockstruct.structures.prism import prismatoid
+from blockstruct.structures.builder import builder, lengths
+from blockstruct.structures.prism import block, prismatoid
 from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
@@ -68,8 +67,7 @@ def dome(
     >>> len(blocks), blocks[0].name, blocks[-1].name
     (73, 'base', '6.12')
     """
-    s, t = positive_length(span, "dome: span"), positive_length(thickness, "dome: thickness")
-    opening = positive_length(oculus, "dome: oculus")
+    s, t, opening = lengths("dome", span=span, thickness=thickness, oculus=oculus)
     rings, count = checked_count(courses, 1, "dome: courses"), checked_count(units, 3, "dome: units")
     check_total(rings * count, "dome")
     height = s / 2 if rise is None else si(rise, "length", "dome: rise")
@@ -117,5 +115,5 @@ def _unit(name: str, corners: Array, material: Material) -> Block:
     if m == 3 and np.ptp(corners[:, :2, 2]) == 0.0:
         strips[0] = [(0, 4, 8, 9, 5, 1)]
     ends = [(0, 1, 2, 3), tuple(4 * m - 4 + i for i in (3, 2, 1, 0))]
-    faces = [face for strip in strips for face in strip] + ends
-    return Block(name, polyhedron(corners.reshape(-1, 3), faces, name), material)
+    faces = tuple(face for strip in (*strips, ends) for face in strip)
+    return block(name, (corners.reshape(-1, 3), faces), material)

@@ -125,7 +125,7 @@ def _centre(value: Any, dimension: str = "", what: str = "") -> tuple[float, flo
 
 @frozen(repr=False, field_transformer=named_arguments)
 class RoundOpening(ModelObject):
-    """A round opening through a wall, in a ring of voussoirs with straight sides, one of them at the top.
+    """A round opening through a wall, in a ring of voussoirs with straight sides, one voussoir at the top.
 
     Parameters
     ----------

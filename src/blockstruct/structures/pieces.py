@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry import box, lofted, polyhedron
+from blockstruct.geometry.polyhedron import box, lofted
 from blockstruct.model import Block, Material
 from blockstruct.structures.bond import Panel
+from blockstruct.structures.prism import block
 
 Array = NDArray[np.float64]
 
@@ -24,10 +25,7 @@ class Pieces:
 
     def box(self, name: str, corner: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> None:
         """Lay a box with its smallest corner at ``corner``."""
-        vertices, faces = box(corner, size)
-        self.blocks.append(
-            Block(self.prefix + name, polyhedron(vertices, faces, self.prefix + name), self.material, fixed)
-        )
+        self.blocks.append(block(self.prefix + name, box(corner, size), self.material, fixed=fixed))
 
     def panel(self, panel: Panel) -> None:
         """Lay the courses of a panel, and the voussoirs of its openings."""
@@ -47,5 +45,5 @@ class Pieces:
 
     def _extruded(self, name: str, outline: Array, v: tuple[float, float], axes: Array) -> None:
         foot = axes[2] + outline[:, :1] * axes[0] + outline[:, 1:] * np.array([0.0, 0.0, 1.0])
-        ends = lofted(foot + v[0] * axes[1], foot + v[1] * axes[1])
-        self.blocks.append(Block(self.prefix + name, polyhedron(*ends, self.prefix + name), self.material))
+        body = lofted(foot + v[0] * axes[1], foot + v[1] * axes[1])
+        self.blocks.append(block(self.prefix + name, body, self.material))

@@ -2,8 +2,8 @@
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import check_total, checked_count, positive_length
-from blockstruct.structures.builder import builder
+from blockstruct.model.checks import check_total, checked_count
+from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.openings import Opening
 from blockstruct.structures.wall import wall
 from blockstruct.units import QuantityLike, to_quantity
@@ -55,17 +55,10 @@ def pier_spandrel(
     ['7.lintel1', '7.lintel2', '16.lintel1', '16.lintel2']
     """
     n, m = checked_count(bays, 1, "pier_spandrel: bays"), checked_count(storeys, 1, "pier_spandrel: storeys")
-    pier, clear, opening, spandrel, unit, course = (
-        positive_length(value, f"pier_spandrel: {what}")
-        for what, value in (
-            ("pier_width", pier_width),
-            ("opening_width", opening_width),
-            ("opening_height", opening_height),
-            ("spandrel_height", spandrel_height),
-            ("unit_length", unit_length),
-            ("unit_height", unit_height),
-        )
-    )
+    pier, clear = lengths("pier_spandrel", pier_width=pier_width, opening_width=opening_width)
+    heights = {"opening_height": opening_height, "spandrel_height": spandrel_height, "unit_height": unit_height}
+    opening, spandrel, course = lengths("pier_spandrel", **heights)
+    (unit,) = lengths("pier_spandrel", unit_length=unit_length)
     for what, value in (("opening_height", opening), ("spandrel_height", spandrel)):
         if abs(value / course - round(value / course)) > 1e-6:
             msg = (

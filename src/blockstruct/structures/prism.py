@@ -3,8 +3,15 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from blockstruct.geometry import lofted, polyhedron
+from blockstruct.geometry.polyhedron import Loops, lofted, polyhedron
 from blockstruct.model import Block, Material
+
+Array = NDArray[np.float64]
+
+
+def block(name: str, body: tuple[Array, Loops], material: Material, *, fixed: bool | tuple[str, ...] = False) -> Block:
+    """Return the block with vertices, m, and outward faces."""
+    return Block(name, polyhedron(*body, name), material, fixed)
 
 
 def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Material, *, fixed: bool = False) -> Block:
@@ -28,13 +35,9 @@ def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Mater
     # Counter-clockwise seen from −y, where x points right and z up.
     if np.sum(x * np.roll(z, -1) - z * np.roll(x, -1)) < 0:
         corners = corners[::-1]
-    return Block(name, polyhedron(*lofted(_at(corners, y[0]), _at(corners, y[1])), name), material, fixed)
+    return block(name, lofted(*(np.insert(corners, 1, end, axis=1) for end in y)), material, fixed=fixed)
 
 
-def prismatoid(name: str, points: NDArray[np.float64], material: Material, *, fixed: bool = False) -> Block:
+def prismatoid(name: str, points: Array, material: Material, *, fixed: bool = False) -> Block:
     """Return the block between two level polygons (2 k, 3) of k corners, the lower first, both counter-clockwise."""
-    return Block(name, polyhedron(*lofted(*np.split(points, 2)), name), material, fixed)
-
-
-def _at(corners: NDArray[np.float64], y: float) -> NDArray[np.float64]:
-    return np.column_stack([corners[:, 0], np.full(len(corners), y), corners[:, 1]])
+    return block(name, lofted(*np.split(points, 2)), material, fixed=fixed)

@@ -9,9 +9,8 @@ from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import positive_length
 from blockstruct.structures.bond import Panel
-from blockstruct.structures.builder import builder
+from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.openings import AnyOpening, check_openings
 from blockstruct.structures.pieces import Pieces
 from blockstruct.structures.rubble import Rubble
@@ -92,7 +91,7 @@ def room(
     bond, number = bond_of(
         "room", courses, height, unit_length, unit_height, thickness, leaves=leaves, headers=header_every, rubble=rubble
     )
-    along, across = positive_length(length, "room: length"), positive_length(width, "room: width")
+    along, across = lengths("room", length=length, width=width)
     t, course = bond.thickness, bond.course_height
     if min(along, across) <= 2 * t * (1 + ROUNDING):
         msg = f"room: walls of {t:.6g} m leave no room in {along:.6g} × {across:.6g} m; give a larger plan"

@@ -11,7 +11,7 @@ from blockstruct.errors import ModelError, shown
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.bond import Bond, Panel
-from blockstruct.structures.builder import builder
+from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.openings import AnyOpening, check_openings
 from blockstruct.structures.pieces import Pieces
 from blockstruct.structures.rubble import Rubble, RubbleJoints
@@ -142,7 +142,7 @@ def bond_of(
     rubble: Rubble | None,
 ) -> tuple[Bond, int]:
     """Return the bond of a wall and the number of its courses, from the arguments of a builder."""
-    t, course = positive_length(thickness, f"{who}: thickness"), positive_length(unit_height, f"{who}: unit_height")
+    t, course = lengths(who, thickness=thickness, unit_height=unit_height)
     number = _courses(who, courses, height, course)
     if rubble is not None and not isinstance(rubble, Rubble):
         msg = f"{who}: rubble is {shown(rubble)}; give a Rubble"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.geometry import triangulated
+from blockstruct.geometry.triangles import triangulated
 from blockstruct.views.export.motion import Motion, mechanism_motion, pushover_motion
 from blockstruct.views.output import target_with, write_bytes
 from blockstruct.views.selection import given_result

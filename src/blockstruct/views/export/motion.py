@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.geometry import screw_motions, triangulated
+from blockstruct.geometry.screws import screw_motions
+from blockstruct.geometry.triangles import triangulated
 from blockstruct.units import si
 from blockstruct.views.output import target_with, write_bytes, write_text
 from blockstruct.views.selection import given_result
