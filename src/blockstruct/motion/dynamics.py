@@ -236,7 +236,7 @@ class Dynamics:
         law = _Law(contacts, way, time, compliance, 1 / np.maximum(time * k * yields, 2 * compliance), GRAVITY / yields)
         acting = loads(h)
         push = (motion.momentum[free] / k + acting[free]).ravel()
-        found = _newton(M / k, relative, push, law, before.ravel(), self._scale)
+        found = _newton(M / k, relative, push, law, np.asarray(before.ravel(), dtype=np.float64), self._scale)
         if found is None:
             return None
         V, x, iterations = found
