@@ -79,6 +79,8 @@ def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
     # Spawned, not forked: a lock that a fork copies while it is held never opens.
     context = get_context("spawn")
     ends_with_parent, held_by_parent = context.Pipe(duplex=False)
+    # Windows waits for at most 61 processes.
+    workers = min(workers, 61) if sys.platform == "win32" else workers
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
     try:
         with _start_of_processes(needs_script=bool(why_script)):
