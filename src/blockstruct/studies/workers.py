@@ -20,17 +20,8 @@ from blockstruct.storage import save_image
 from blockstruct.studies.plan import Job, Plan, Problem, carry_out, carry_out_far, carry_out_sent, described
 
 #: One thread per library, because the workers share the processors.
-_ONE_THREAD = dict.fromkeys(
-    (
-        "OMP_NUM_THREADS",
-        "OPENBLAS_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "VECLIB_MAXIMUM_THREADS",
-        "NUMEXPR_NUM_THREADS",
-        "RAYON_NUM_THREADS",
-    ),
-    "1",
-)
+_ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "RAYON")}
+_ONE_THREAD |= {"VECLIB_MAXIMUM_THREADS": "1"}
 
 #: Runs as they end, each with the reason if it has no results.
 Ended = Generator[tuple[Job, Problem], None, None]
