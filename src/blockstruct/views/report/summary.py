@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.text import NoteCode, Severity, report
+from blockstruct.text import FEW, NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import moving_bodies
@@ -216,8 +216,6 @@ _WORST_FIRST = (
 )
 #: Relative difference between the first load factor of a curve and the load factor of its case that is reported.
 _APART = 0.005
-#: Curves that the first page of a report has room for.
-_LISTED = 3
 #: Pushes up to which no compass is drawn.
 _FEW = 2
 
@@ -368,7 +366,7 @@ def curve_sentences(
         and _first(curve) < heads[relied_on].load_factor
     ]
     sentences = []
-    for name in names[:_LISTED]:
+    for name in names[:FEW]:
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
         doubts = [str(part) for part in bs.results.doubtful_parts(curve, procedure)]
@@ -380,7 +378,7 @@ def curve_sentences(
             clauses += [breaks[0], *([report.MORE_BREAKS] if breaks[1:] else [])]
         if any(clauses):
             sentences.append(report.curve_sentence(name, list(filter(None, clauses)), settles="reaction" in curve))
-    more = len(names) - _LISTED
+    more = len(names) - FEW
     return [*sentences, report.more_curves(more)] if more > 0 else sentences
 
 
