@@ -186,11 +186,25 @@ class AnalysisManager:
             anything is solved. Also if the disk is full; committed data are kept.
         """
         located = plan.located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
-        runs = plan.runs_of(located, self.settings, schedules_of(spread))
+        return self._run(plan.runs_of(located, self.settings, schedules_of(spread)))
+
+    def vary(self, result: CaseResult) -> Analysis:
+        """Run the variants of a case that has been run, as ``run([case], spread=True)`` does after the case.
+
+        Parameters
+        ----------
+        result
+            Result of a case of this model, with the settings of this manager. It is part of the analysis as it is.
+        """
+        return self._run(plan.runs_of([result.case], self.settings, schedules_of(True)), result)
+
+    def _run(self, runs: Sequence[plan.Run], *known: CaseResult) -> Analysis:
+        """Run cases, apart from known results."""
         started_at = plan.now()
         checked = self.check([run.case for run in runs])
         problems = {run.case.name: (self.statics, problem) for run, problem in zip(runs, checked, strict=True)}
         planned = {run.case.name: plan.planned_result(run, *problems[run.case.name], started_at) for run in runs}
+        planned |= {result.name: result for result in known}
         analysis = Analysis(
             self.model,
             planned,

@@ -249,8 +249,10 @@ def _headline(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[s
 
 
 def _numbers(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the numbers of the notes on a case and its checks."""
-    return sorted({*notes.numbers([*r.warnings, *r.owed]), *(n for check in checks for n in check["notes"])})
+    """Return the numbers of the notes on a case, or on its checks, which include the notes on the run relied on."""
+    if not checks:
+        return notes.numbers([*r.warnings, *r.owed])
+    return sorted({number for check in checks for number in check["notes"]})
 
 
 def _result(r: bs.CaseResult) -> dict[str, str]:
@@ -273,7 +275,7 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
             | {
                 "name": schedule,
                 "settings": ", ".join(
-                    f"{what.replace('_', ' ')} {value}"
+                    f"{what.replace('_', ' ')} {f'{value:.4g}' if isinstance(value, float) else value}"
                     for what, value in r.settings.flat.items()
                     if value != settings[what]
                 ),
