@@ -1,5 +1,6 @@
 """Several directions in one call, and several sizes of units."""
 
+import pickle
 import sys
 from dataclasses import replace
 
@@ -101,6 +102,10 @@ def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
     assert [note.code for note in verdict.open] == ["direction_without"]
     assert not verdict.satisfied
     assert found.verdict.satisfied
+
+
+def test_a_building_can_be_pickled(found):
+    assert str(pickle.loads(pickle.dumps(found))) == str(found)
 
 
 def test_print_notebook_and_table_have_the_same_number(found):

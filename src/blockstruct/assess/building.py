@@ -23,6 +23,7 @@ from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.unit_sizes import UnitSizes
 from blockstruct.assess.verdict import Verdict
 from blockstruct.errors import ModelError
+from blockstruct.keywords import made_again
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
 from blockstruct.notebook import html_table, is_watched
@@ -50,6 +51,9 @@ class Building:
     analysis: Analysis
     checks: Mapping[str, LocalMechanismCheck]
     unit_sizes: UnitSizes | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return made_again(self)
 
     @property
     def governing(self) -> LocalMechanismCheck:
