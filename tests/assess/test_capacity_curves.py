@@ -11,21 +11,7 @@ from scipy.optimize import brentq
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
-from facades import (
-    DEPTH,
-    DRY,
-    HEIGHT,
-    LENGTH,
-    SITE,
-    STONE,
-    case,
-    checked,
-    codes,
-    facade,
-    pushed_over,
-    run,
-    tied,
-)
+from facades import DEPTH, DRY, HEIGHT, LENGTH, SITE, STONE, case, checked, codes, facade, pushed_over, run, tied
 from structures import SELF_WEIGHT, model_of, push
 
 g = 9.80665

@@ -449,10 +449,7 @@ def test_a_ratio_next_to_one_does_not_read_as_one(result, share, text, outcome):
         (bs.LoadPattern("roof", [bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, -9, 0] kN")]), "has no BodyForce"),
         (push(0, -0.8, 0.6), "pushes along"),
         (push(0, -1, 0.005), "pushes along"),
-        (
-            bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]),
-            "has couples",
-        ),
+        (bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]), "has couples"),
         (
             bs.LoadPattern("two", [bs.BodyForce("-y"), bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, 0, -9] kN")]),
             "across or against",

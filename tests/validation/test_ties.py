@@ -11,12 +11,12 @@ from structures import SELF_WEIGHT, model_of, moved, push, rotation, solve
 
 STONE = bs.Material("stone", "20 kN/m^3")
 PROCEDURES = {
-    "associative": ("associative", {}),
-    "fictitious": ("nonassociative", {}),
-    "shifted": ("nonassociative", {"procedure": "shifted"}),
-    "loading path": ("nonassociative", {"procedure": "loading path"}),
-    "cvxpy, associative": ("associative", {"solver": "cvxpy:CLARABEL"}),
-    "cvxpy, fictitious": ("nonassociative", {"solver": "cvxpy:CLARABEL"}),
+    "associative": {"flow": "associative"},
+    "fictitious": {"flow": "nonassociative"},
+    "shifted": {"flow": "nonassociative", "procedure": "shifted"},
+    "loading path": {"flow": "nonassociative", "procedure": "loading path"},
+    "cvxpy, associative": {"flow": "associative", "solver": "cvxpy:CLARABEL"},
+    "cvxpy, fictitious": {"flow": "nonassociative", "solver": "cvxpy:CLARABEL"},
 }
 
 
@@ -46,8 +46,7 @@ def test_single_block(procedure, kilonewton):
     # W = 20 kN; overturning about the toe with the tie at 1.9 m, or sliding.
     T, W, z = kilonewton, 20.0, 1.9
     model = tied(tied_blocks(2.0), [tie_at(z, "b0", yield_force=Q_(T, "kN"))])
-    flow, settings = PROCEDURES[procedure]
-    result = solve(model, push(1, 0, 0), flow, **settings)
+    result = solve(model, push(1, 0, 0), **PROCEDURES[procedure])
     overturns, slides = (W * 0.25 + T * z) / (W * 1.0), 0.8 + T / W
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(min(overturns, slides), rel=1e-5)
@@ -65,8 +64,7 @@ def test_two_hinge_wall(procedure):
     b, h1, h2, z = 0.5, 1.6, 1.4, 1.2
     W1, W2 = (20e3 * b * h for h in (h1, h2))
     model = tied(tied_blocks(h1, h2), [tie_at(h1 + z, "b1", yield_force="200 kN")])
-    flow, settings = PROCEDURES[procedure]
-    result = solve(model, push(1, 0, 0), flow, **settings)
+    result = solve(model, push(1, 0, 0), **PROCEDURES[procedure])
     alpha = (W1 * b / 2 + W2 * (b + b * h1 / (2 * z))) / (W1 * h1 / 2 + W2 * (h1 - h1 * h2 / (2 * z)))
     assert result.load_factor == pytest.approx(alpha, rel=1e-5)
     # Moments of the upper body about the hinge: the tie holds it, and does not yield.
@@ -95,8 +93,7 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
         yield_force="100 kN",
     )
     blow = bs.LoadPattern("blow", [bs.PointLoad("last", Q_([x[2] + last / 2, 0.5, 0.2], "m"), Q_([1, 0, 0], "kN"))])
-    flow, settings = PROCEDURES[procedure]
-    result = solve(tied(row, [bar], mu), blow, flow, **settings)
+    result = solve(tied(row, [bar], mu), blow, **PROCEDURES[procedure])
     T = 20e3 * (last if governs == "its end" else lengths[0] + lengths[1])
     # The fictitious iteration ends where its load factor has settled to 3e-4.
     accuracy = 3e-4 if procedure == "fictitious" else 1e-5
@@ -126,9 +123,8 @@ def test_strip_at_the_surface():
 
 @pytest.mark.parametrize("procedure", PROCEDURES)
 def test_a_tie_takes_no_compression(procedure):
-    flow, settings = PROCEDURES[procedure]
     towards_the_pier = solve(
-        tied(tied_blocks(2.0), [tie_at(1.9, "b0", yield_force="5 kN")]), push(-1, 0, 0), flow, **settings
+        tied(tied_blocks(2.0), [tie_at(1.9, "b0", yield_force="5 kN")]), push(-1, 0, 0), **PROCEDURES[procedure]
     )
     assert towards_the_pier.load_factor == pytest.approx(0.25, rel=1e-5)
     assert towards_the_pier.ties.loc["tie", "state"] == "slack"
@@ -142,8 +138,7 @@ def test_prestress_presses_a_joint_that_slides_without_dilatancy(procedure):
     # Sliding does not make it longer: it keeps its prestress. Dilatant, it yields.
     tie = bs.Tie("tie", *ends, yield_force="20 kN", prestress="8 kN")
     model = tied([ground, block], [tie], 0.3)
-    flow, settings = PROCEDURES[procedure]
-    result = solve(model, push(1, 0, 0), flow, **settings)
+    result = solve(model, push(1, 0, 0), **PROCEDURES[procedure])
     assert result.load_factor == pytest.approx(0.3 * (1 + 8 / 40), rel=1e-3)
     assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.3 * (1 + 20 / 40), rel=1e-6)
 
@@ -320,15 +315,14 @@ def test_units_frame_and_numbering_do_not_matter(procedure):
         yield_force="5 kN",
     )
     model = tied(tied_blocks(1.0, 1.5), [tie, bar])
-    flow, settings = PROCEDURES[procedure]
-    here = solve(model, push(1, 0.2, 0), flow, **settings)
+    here = solve(model, push(1, 0.2, 0), **PROCEDURES[procedure])
     R = rotation((1, 2, 3), 0.7)
     other = in_frame(model, R, np.array([5.0, -3.0, 2.0]), 1e3, [3, 1, 0, 2])
     gravity = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
-    there = solve(other, push(*(R @ [1, 0.2, 0])), flow, gravity, **settings)
+    there = solve(other, push(*(R @ [1, 0.2, 0])), dead=gravity, **PROCEDURES[procedure])
     assert here.certificate.holds
     assert there.load_factor == pytest.approx(here.load_factor, rel=1e-6 if procedure == "associative" else 2e-3)
-    assert there.load_factor > 1.2 * solve(model.with_ties(()), push(1, 0.2, 0), flow, **settings).load_factor
+    assert there.load_factor > 1.2 * solve(model.with_ties(()), push(1, 0.2, 0), **PROCEDURES[procedure]).load_factor
 
 
 @pytest.mark.parametrize("force", ["20 MN", "20 GN"])

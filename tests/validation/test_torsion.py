@@ -28,10 +28,7 @@ WEIGHT = 20e3 * HEIGHT
 
 def block(torsion="uniform pressure", width=1.0, R=None, **joint):
     """Model of a block of 1 m by ``width`` on a base."""
-    blocks = [
-        box("base", [-1, -1, -0.5], [3, 2 + width, 0.5], fixed=True),
-        box("block", [0, 0, 0], [1, width, HEIGHT]),
-    ]
+    blocks = [box("base", [-1, -1, -0.5], [3, 2 + width, 0.5], fixed=True), box("block", [0, 0, 0], [1, width, HEIGHT])]
     blocks = blocks if R is None else moved(blocks, R)
     return model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion, **joint))
 
@@ -307,10 +304,7 @@ def test_torque_counts_with_the_shear_next_to_it(y):
 )
 def test_narrow_joints_pushed_off_their_middle_have_a_note(a, b, beside, exact, torsion):
     """Neither the corners nor the ellipse is on the safe side there, by up to 13 %."""
-    blocks = [
-        box("base", [-6, -6, -1], [12, 12, 1], fixed=True),
-        box("block", [-a / 2, -b / 2, 0], [a, b, 0.3]),
-    ]
+    blocks = [box("base", [-6, -6, -1], [12, 12, 1], fixed=True), box("block", [-a / 2, -b / 2, 0], [a, b, 0.3])]
     model = model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion))
     weight = 20e3 * a * b * 0.3
     across = bs.LoadPattern("across", [bs.PointLoad("block", Q_([beside, 0, 0], "m"), Q_([0, weight, 0], "N"))])
