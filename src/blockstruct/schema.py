@@ -1,11 +1,12 @@
 """The JSON schemas of blockstruct, and violations by an instance."""
 
 import json
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from blockstruct.errors import decimal_point, shown
 from blockstruct.keywords import did_you_mean
@@ -25,11 +26,47 @@ def schema_text(name: str) -> str:
 
 
 @cache
+def schema(name: str) -> dict[str, Any]:
+    """Return a schema; callers do not change it."""
+    content: dict[str, Any] = json.loads(schema_text(name))
+    return content
+
+
+class Stated(NamedTuple):
+    """Dimensions, kind (``f`` for a float, ``i`` or ``text``) and attributes of a variable of an analysis file."""
+
+    dims: tuple[str, ...]
+    kind: str
+    attrs: dict[str, str]
+
+
+@cache
+def stated(part: str) -> dict[str, Stated]:
+    """Return the variables of a part of an analysis file, in the order of ``docs/file-format.md``.
+
+    A variable with one of several units has no ``units``: they follow from its case.
+    """
+    found = {}
+    for name, variable in schema("analysis-2")["$defs"][part]["properties"]["variables"]["properties"].items():
+        of_file = variable["properties"]
+        units = {"units": of_file["units"]["const"]} if "const" in of_file.get("units", {}) else {}
+        attrs = units | {"long_name": variable["description"]}
+        found[name] = Stated(tuple(of_file["dims"]["const"]), of_file["kind"].get("const", "i"), attrs)
+    return found
+
+
+def dressed(part: str, values: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
+    """Return variables for xarray: values by name, with their dimensions, units and description."""
+    known = stated(part)
+    return {name: (known[name].dims, value, dict(known[name].attrs)) for name, value in values.items()}
+
+
+@cache
 def _validator(name: str, part: str) -> Any:
     import jsonschema
 
-    schema = json.loads(schema_text(name))
-    chosen = {"$defs": schema["$defs"], "$ref": f"#/$defs/{part}"} if part else schema
+    whole = schema(name)
+    chosen = {"$defs": whole["$defs"], "$ref": f"#/$defs/{part}"} if part else whole
     return jsonschema.Draft202012Validator(chosen)
 
 

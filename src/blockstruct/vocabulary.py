@@ -134,8 +134,10 @@ class Reason(StrEnum):
     CARRIES_ANY_LOAD = "carries_any_load"
     #: Load factors of successive programs grow without limit.
     GROWS_WITHOUT_LIMIT = "grows_without_limit"
-    #: The loading path ends without a stable load factor.
+    #: The load factor still varies at the end of the loading path.
     NEVER_SETTLES = "never_settles"
+    #: The load factor still varies there, and with associative flow it has no bound.
+    JAMS = "jams"
     #: The solver failed on a program that all others need.
     PROGRAM_NOT_SOLVED = "program_not_solved"
     #: No state met the tolerances of the certificate.

@@ -2,13 +2,16 @@
 
 import io
 import logging
+import multiprocessing
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
-from structures import SELF_WEIGHT, box, model_of, push
+from structures import SELF_WEIGHT, box, model_of, push, stopping
 
 
 def test_events_come_in_order(small_model, small_cases):
@@ -33,11 +36,7 @@ def test_lines_and_logs(small_model, small_cases, caplog):
 
 def test_interruption_keeps_what_is_done(small_model, small_cases, tmp_path):
     path = tmp_path / "cut.h5"
-
-    def stop(event):
-        if isinstance(event, IterationDone) and event.case is small_cases[1] and event.index == 4:
-            raise KeyboardInterrupt
-
+    stop = stopping(IterationDone, at=4, case=small_cases[1].name)
     cases = [*small_cases, bs.LimitCase("never", small_cases[0].dead, bs.LoadPattern("+y", [bs.BodyForce((0, 1, 0))]))]
     analysis = bs.AnalysisManager(small_model, path, listeners=[stop]).run(cases)
     assert [r.status for r in analysis.values()] == ["converged", "interrupted", "interrupted"]
@@ -74,14 +73,7 @@ def test_an_analysis_reads_like_a_dictionary(small_analysis, small_cases):
 @pytest.mark.parametrize("moment", [CaseStarted, CaseFinished])
 def test_interruption_between_programs_keeps_finished_cases(small_model, small_cases, tmp_path, moment):
     path = tmp_path / "cut.h5"
-    seen = []
-
-    def stop(event):
-        seen.append(type(event))
-        if seen.count(moment) == 2:
-            raise KeyboardInterrupt
-
-    bs.AnalysisManager(small_model, path, listeners=[stop]).run(small_cases)
+    bs.AnalysisManager(small_model, path, listeners=[stopping(moment, nth=2)]).run(small_cases)
     again = bs.open_analysis(path)
     assert again[small_cases[0].name].status == "converged"
     if moment is CaseStarted:
@@ -113,3 +105,85 @@ def test_a_light_plate_between_heavy_blocks_is_told_and_one_without_weight_is_so
     assert "no weight" in light.message
     by_hand = 1 / 3 if len(weights) == 2 else 0.3
     assert pushed([w if w > 1 else 0.0 for w in weights]).load_factor == pytest.approx(by_hand, rel=1e-6)
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def on_terminal(monkeypatch):
+    """Make standard output and standard error a terminal, whose text is returned."""
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stdout", screen)
+    monkeypatch.setattr(sys, "stderr", screen)
+    return screen
+
+
+def test_a_terminal_shows_which_case_is_run(small_model, small_cases, monkeypatch):
+    terminal = on_terminal(monkeypatch)
+    bs.run(small_model, small_cases)
+    shown = terminal.getvalue().split("\r")
+    assert shown[1].startswith("case 1 of 2, push associative: 8 blocks")
+    assert any(line.startswith("case 2 of 2, push nonassociative: numerical iteration 3, ") for line in shown)
+    # What is over leaves an empty line behind.
+    assert shown[-2].strip() == shown[-1] == ""
+
+
+@pytest.mark.parametrize("given", [{"progress": False}, {"listeners": [lambda event: None]}])
+def test_nothing_is_shown_where_it_is_not_wanted(small_model, small_cases, monkeypatch, given):
+    terminal = on_terminal(monkeypatch)
+    bs.run(small_model, small_cases[:1], **given)
+    assert terminal.getvalue() == ""
+
+
+def test_progress_that_is_asked_for_comes_beside_listeners_and_without_a_terminal(small_model, small_cases, capsys):
+    events = []
+    bs.run(small_model, small_cases[:1], listeners=[events.append], progress=True)
+    assert events
+    assert "push associative: 8 blocks" in capsys.readouterr().err
+
+
+def test_workers_are_silent(small_model, small_cases, monkeypatch):
+    terminal = on_terminal(monkeypatch)
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(bs.run, small_model, small_cases[:1]).result()
+    monkeypatch.setattr("blockstruct.notebook.parent_process", multiprocessing.current_process)
+    bs.run(small_model, small_cases[:1])
+    assert terminal.getvalue() == ""
+
+
+@pytest.mark.parametrize("stream", [None, object()])
+def test_a_stream_that_is_none_is_not_a_terminal(small_model, small_cases, monkeypatch, stream):
+    monkeypatch.setattr(sys, "stdout", stream)
+    assert bs.run(small_model, small_cases[:1]).status == "finished"
+
+
+def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, monkeypatch):
+    shown = []
+
+    class Handle:
+        def update(self, content, *, raw):
+            shown[-1] = content["text/plain"]
+
+    class Kernel:
+        kernel = object()
+
+    class IPython:
+        get_ipython = Kernel
+
+        class display:  # noqa: N801 - the name of the module
+            @staticmethod
+            def display(content, *, raw, display_id):
+                shown.append(content["text/plain"])
+                return Handle()
+
+    monkeypatch.setitem(sys.modules, "IPython", IPython)
+    analysis = bs.run(small_model, small_cases)
+    count = analysis["push nonassociative"].n_iterations
+    assert shown == [f"case 2 of 2, push nonassociative: converged after {count} numerical iterations"]
+
+
+def test_other_words_are_refused(small_model):
+    with pytest.raises(bs.errors.ModelError, match="progress is 'always'; give True, False or 'auto'"):
+        bs.AnalysisManager(small_model, progress="always")

@@ -7,7 +7,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
 STONE = bs.Material("stone", "20 kN/m^3")
 CASES = (
@@ -182,15 +182,9 @@ def test_documents_that_are_no_settlement(model, tmp_path, entry, words):
 
 
 def test_a_killed_settlement_goes_on(model, tmp_path):
-    class KilledError(Exception):
-        pass
-
-    def kill(event):
-        if isinstance(event, bs.analysis.IterationDone) and event.index == 3:
-            raise KilledError
-
+    kill = stopping(bs.analysis.IterationDone, at=3, error=RuntimeError)
     manager = bs.AnalysisManager(model, tmp_path / "beam.h5", listeners=[kill])
-    with pytest.raises(KilledError):
+    with pytest.raises(RuntimeError):
         manager.run(CASES[:1])
     again = bs.AnalysisManager.resume(tmp_path / "beam.h5")["left goes down"]
     whole = bs.run(model, CASES[0])["left goes down"]

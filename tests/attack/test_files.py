@@ -18,7 +18,7 @@ from blockstruct.analysis import IterationDone
 from blockstruct.storage.run_folder import Journal
 from killed_runs import cases, wall
 from processes import count
-from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
+from structures import SELF_WEIGHT, edited, model_of, push, single_block, stopping
 
 #: Half of the corruptions are near the beginning, where HDF5 keeps what its readers trust most.
 HEAD = 8192
@@ -95,13 +95,8 @@ def finished(seed, folder, near):
 def resealed(seed, folder):
     """What an HDF5 library can change is changed, and the file sealed again: it is what it says, or refused."""
     chance, path = random.Random(seed), folder / "resealed.h5"
-    shutil.copy(folder / "whole.h5", path)
     original = bs.open_analysis(folder / "whole.h5")
-    with h5py.File(path, "r+") as file:
-        items = []
-        file.visititems(lambda _, item: items.append(item))
-        edit(file, chance.choice(items), chance)
-    seal_again(path)
+    edit_any(folder / "whole.h5", chance, path)
 
     def read():
         bs.check_file(path)
@@ -116,6 +111,14 @@ def resealed(seed, folder):
         )
 
     return judged(read, lambda found: numbers(found) == numbers(original))
+
+
+def edit_any(path, chance, copy=None):
+    """Change any item of a file, or of a copy of it."""
+    items = []
+    with edited(path, copy) as file:
+        file.visititems(lambda _, item: items.append(item))
+        edit(file, chance.choice(items), chance)
 
 
 def edit(file, item, chance):
@@ -155,11 +158,7 @@ def working(seed, folder, again):
     if again and file.suffix == ".journal":
         chain_again(file, chance, place / "plan")
     elif again and file.name == "plan":
-        with h5py.File(file, "r+") as plan:
-            items = []
-            plan.visititems(lambda _, item: items.append(item))
-            edit(plan, chance.choice(items), chance)
-        seal_again(file)
+        edit_any(file, chance)
     else:
         content = file.read_bytes()
         end = len(content) if chance.random() < 0.5 else min(HEAD, len(content))
@@ -215,14 +214,7 @@ def folder(tmp_path_factory):
     both = [bs.LimitCase(f"rocks, {flow}", SELF_WEIGHT, push(1, 0, 0), flow) for flow in bs.Flow]
     bs.AnalysisManager(model_of(*single_block(0.5, 1.0)), folder / "whole.h5").run(both)
     bs.AnalysisManager(wall(), folder / "run.h5").run(cases())
-    seen = []
-
-    def stop(event):
-        if isinstance(event, IterationDone):
-            seen.append(event)
-        if len(seen) == 12:
-            raise RuntimeError
-
+    stop = stopping(IterationDone, nth=12, error=RuntimeError)
     with contextlib.suppress(RuntimeError):
         bs.AnalysisManager(wall(), folder / "killed" / "wall.h5", listeners=[stop]).run(cases())
     return folder

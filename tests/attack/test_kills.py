@@ -17,7 +17,7 @@ from blockstruct import Q_
 from blockstruct.analysis import IterationDone, StateDone, StepDone
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, check_survivors, killed, recover, resume, run, wall
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 from trials import outcome
 
 #: Seconds in which what a kill has left is gone on with.
@@ -28,13 +28,7 @@ MU = {"friction_coefficient": [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.6, 0.7]}
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """The wall without a kill, and the rest of a run that was stopped after twelve iterations."""
-    folder, seen = tmp_path_factory.mktemp("whole"), []
-
-    def stop(event):
-        seen.extend([event] * isinstance(event, IterationDone))
-        if len(seen) == 12:
-            raise RuntimeError
-
+    folder, stop = tmp_path_factory.mktemp("whole"), stopping(IterationDone, nth=12, error=RuntimeError)
     with contextlib.suppress(RuntimeError):
         bs.AnalysisManager(wall(), folder / "stopped" / "wall.h5", listeners=[stop]).run(cases())
     return bs.AnalysisManager(wall(), folder / "wall.h5").run(cases()), folder / "stopped"

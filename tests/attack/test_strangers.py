@@ -8,13 +8,12 @@ import sys
 import time
 
 import ezdxf
-import h5py
 import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from meshes import CUBE, QUADS, ascii_stl, obj_text, ply_text
-from structures import SELF_WEIGHT, STONE, model_of, push, seal_again, single_block
+from structures import SELF_WEIGHT, STONE, edited, model_of, push, single_block, stopping
 
 READERS = {
     "a.obj": bs.imports.read_mesh,
@@ -58,11 +57,7 @@ def test_imports_refuse_files_larger_than_any_mesh(tmp_path, name):
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
     """Folder with a run that was stopped after two iterations."""
-
-    def stop(event):
-        if isinstance(event, IterationDone) and event.index == 1:
-            raise RuntimeError
-
+    stop = stopping(IterationDone, at=1, error=RuntimeError)
     folder = tmp_path_factory.mktemp("killed")
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
     with pytest.raises(RuntimeError):
@@ -169,7 +164,7 @@ TERMINAL = ["\x1b[2K\x1b[1A", "\x1b]0;title\x07", "\x9b31m", "wall\u202e", "wall
 def in_a_file(place, folder, text, analysis):
     """Commands for an analysis file with a text in one place, sealed again."""
     path = bs.save_analysis(analysis.replaced(tags=["north"], study="s", parameters={"a": "b"}), folder / "a.h5")
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         match place:
             case "tag":
                 file.attrs["tags"] = json.dumps([text])
@@ -181,7 +176,6 @@ def in_a_file(place, folder, text, analysis):
                 next(iter(file["cases"].values())).attrs["name"] = text
             case "block":
                 file["model"]["block"][0] = text
-    seal_again(path)
     return [("show", path), ("archive", folder), ("diff", path, path), ("validate", path)]
 
 
@@ -189,18 +183,8 @@ def in_an_import(place, folder, text, _):
     """Commands for a mesh with a text in its name, or in the names of its bodies."""
     path = folder / (f"{text}.obj" if place == "file name" else "a.obj")
     good = f"o {text}\n{obj_text()}"
-    words = (
-        "-o",
-        folder / "m.yaml",
-        "--unit",
-        "m",
-        "--unit-weight",
-        "20 kN/m3",
-        "--friction",
-        "0.6",
-        "--fix",
-        "lowest",
-    )
+    words = ("-o", folder / "m.yaml", "--unit", "m", "--friction", "0.6", "--fix", "lowest")
+    words += ("--unit-weight", "20 kN/m3")
     path.write_text(good if place == "body" else f"{good}f 1 2 99\n", encoding="utf-8")
     return [("import", path, *words)]
 
@@ -239,9 +223,7 @@ def test_a_certificate_that_holds_against_its_measures_is_refused(tmp_path, smal
     assert all(result.certificate.is_within_tolerances for result in bs.open_analysis(path).values())
     for name in ("equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap"):
         for value in (1.0, float("nan")):
-            shutil.copy(path, tmp_path / "b.h5")
-            with h5py.File(tmp_path / "b.h5", "r+") as file:
+            with edited(path, tmp_path / "b.h5") as file:
                 next(iter(file["cases"].values()))[name][...] = value
-            seal_again(tmp_path / "b.h5")
             with pytest.raises(bs.errors.FormatError, match="holds"):
                 bs.open_analysis(tmp_path / "b.h5")

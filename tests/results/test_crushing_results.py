@@ -5,7 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.results.joint_notes import lost_lever
+from blockstruct.results.interfaces import lost_lever
 from blockstruct.text import cells_note
 from refusals import refused
 from structures import SELF_WEIGHT, box, divided, model_of, push, single_block, solve

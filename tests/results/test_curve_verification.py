@@ -1,15 +1,13 @@
 """What a stored capacity curve or reaction says is recomputed: a change of one hundredth is found and named."""
 
 import re
-import shutil
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 
 import blockstruct as bs
-from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, seal_again, slipping_units
+from structures import SELF_WEIGHT, block_on_a_bar, box, edited, model_of, push, slipping_units
 
 
 @pytest.fixture(scope="module")
@@ -120,16 +118,13 @@ def test_validate_accepts_honest_results(stored, call, structure):
 
 
 def test_a_curve_without_its_pushover_is_refused(stored, tmp_path, call):
-    path = shutil.copy(stored["tied"], tmp_path / "x.h5")
-    with h5py.File(path, "r+") as file:
+    path = tmp_path / "x.h5"
+    with edited(stored["tied"], path) as file:
         del file["cases/push"].attrs["pushover"]
-    seal_again(path)
     with pytest.raises(bs.errors.FormatError, match="there is a capacity curve, but no attribute pushover"):
         bs.open_analysis(path)
-    path = shutil.copy(stored["wall"], tmp_path / "wall.h5")
-    with h5py.File(path, "r+") as file:
+    with edited(stored["wall"], path) as file:
         file["cases/push/capacity/load_factor"][3] *= 1.01
-    seal_again(path)
     code, out, _ = call("validate", path)
     assert (code, "case 'push': state 3 of the capacity curve: its" in out) == (4, True)
 
@@ -144,12 +139,10 @@ def test_validate_finds_another_reaction(tmp_path, call):
         ("cases/down/reaction", "/cases/down/reaction: the reaction is"),
         ("cases/down/history/reaction", "case 'down': the reaction of iteration"),
     ):
-        other = shutil.copy(path, tmp_path / "other.h5")
-        with h5py.File(other, "r+") as file:
+        with edited(path, tmp_path / "other.h5") as file:
             reaction = file[place]
             reaction[-1 if reaction.shape else ()] *= 1.01
-        seal_again(other)
-        code, out, _ = call("validate", other)
+        code, out, _ = call("validate", tmp_path / "other.h5")
         assert (code, words in out) == (4, True)
 
 
@@ -177,12 +170,10 @@ REDUNDANT = [
 
 @pytest.mark.parametrize(("structure", "place", "at", "value", "words"), REDUNDANT, ids=[row[1] for row in REDUNDANT])
 def test_validate_compares_derived_variables(stored, tmp_path, call, structure, place, at, value, words):
-    path = shutil.copy(stored[structure], tmp_path / "x.h5")
-    with h5py.File(path, "r+") as file:
+    with edited(stored[structure], tmp_path / "x.h5") as file:
         assert file[place][at] != value
         file[place][at] = value
-    seal_again(path)
-    code, out, _ = call("validate", path)
+    code, out, _ = call("validate", tmp_path / "x.h5")
     assert code == 4
     assert re.search(words, out), out
 

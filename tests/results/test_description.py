@@ -8,7 +8,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import text
 from blockstruct.results import macro_blocks
-from blockstruct.results.description import main_joints
+from blockstruct.results.case_result import main_joints
 from blockstruct.text import motion_clause
 from blockstruct.views import figures
 from structures import model_of, moved, push, single_block, solve

@@ -7,7 +7,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.views import analysis_summary, result_text, summary_table
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.report.contents import contents
 from blockstruct.views.words import admissible_words
 from structures import SELF_WEIGHT, box, model_of, push, settings_of, single_block, solve

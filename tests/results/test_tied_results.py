@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 
 import blockstruct as bs
 from blockstruct.views import analysis_summary, figures, model_text, result_text
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
 from refusals import refused
 from structures import SELF_WEIGHT, box, model_of, push

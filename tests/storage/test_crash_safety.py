@@ -11,7 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone, plan
-from blockstruct.analysis.replay import ReplaySolver
+from blockstruct.analysis.motions import ReplaySolver
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of
@@ -20,7 +20,7 @@ from blockstruct.statics import Statics
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, wall
 from processes import FRESH
-from structures import SELF_WEIGHT, model_of, push, settings_of
+from structures import SELF_WEIGHT, model_of, push, settings_of, stopping
 
 
 @pytest.fixture(scope="module")
@@ -30,14 +30,7 @@ def whole(tmp_path_factory):
 
 @pytest.mark.parametrize(
     "at",
-    [
-        0,
-        pytest.param(1, marks=pytest.mark.slow),
-        pytest.param(2, marks=pytest.mark.slow),
-        8,
-        15,
-        pytest.param(16, marks=pytest.mark.slow),
-    ],
+    [*(0, 8, 15), *(pytest.param(at, marks=pytest.mark.slow) for at in (1, 2, 16))],
 )
 def test_resume_after_any_iteration(tmp_path, whole, at):
     path = tmp_path / "wall.h5"
@@ -47,14 +40,7 @@ def test_resume_after_any_iteration(tmp_path, whole, at):
 
 def interrupt_after(path, at, *, error=RuntimeError, procedure="loading path"):
     """Run the wall and leave it by an error, as if killed, after so many iterations."""
-    seen = []
-
-    def stop(event):
-        if isinstance(event, IterationDone):
-            seen.append(event)
-        if len(seen) == at + 1:
-            raise error
-
+    stop = stopping(IterationDone, nth=at + 1, error=error)
     with contextlib.suppress(RuntimeError):
         bs.AnalysisManager(wall(), path, listeners=[stop], settings=settings_of(procedure=procedure)).run(cases())
 
@@ -146,27 +132,17 @@ def test_resume_solves_nothing_twice(tmp_path, monkeypatch):
 def test_a_resumed_run_can_be_interrupted_again(tmp_path, whole, error):
     path = tmp_path / "wall.h5"
     interrupt_after(path, 9, error=error)
-    n = 9
-
-    def stop(event):
-        if isinstance(event, IterationDone) and event.index == 3:
-            raise error
-
     with contextlib.suppress(RuntimeError):
-        bs.AnalysisManager.resume(path, listeners=[stop])
+        bs.AnalysisManager.resume(path, listeners=[stopping(IterationDone, at=3, error=error)])
     found = bs.recover(path) if is_unfinished(path) else bs.open_analysis(path)
-    assert found["sideways"].n_iterations == n
+    assert found["sideways"].n_iterations == 9
     check_resumed(path, whole)
 
 
 def test_what_a_third_version_goes_on_with_is_told(tmp_path, monkeypatch):
     path = tmp_path / "wall.h5"
     made_by = [{**plan.versions(), "blockstruct": name} for name in ("0.0.7", "0.0.8", "0.0.9")]
-
-    def stop(event):
-        if isinstance(event, IterationDone) and event.case.name == "sideways" and event.index == 6:
-            raise RuntimeError
-
+    stop = stopping(IterationDone, at=6, case="sideways", error=RuntimeError)
     monkeypatch.setattr(plan, "_installed", lambda: made_by[0])
     interrupt_after(path, 4)
     monkeypatch.setattr(plan, "_installed", lambda: made_by[1])
@@ -369,18 +345,11 @@ def test_a_folder_that_is_moved_during_a_run(tmp_path, whole, at):
     here.mkdir()
 
     def move(event):
-        if isinstance(event, at) and event_case(event) == "sideways" and here.exists():
+        case = event.result if isinstance(event, CaseFinished) else event.case
+        if isinstance(event, at) and case.name == "sideways" and here.exists():
             here.rename(there)
-
-    def event_case(event):
-        return event.result.name if isinstance(event, CaseFinished) else event.case.name
 
     with pytest.raises(bs.errors.StorageError, match=r"its folder was moved or removed; move it back.*resume") as error:
         bs.AnalysisManager(wall(), here / "wall.h5", listeners=[move]).run(cases())
     assert "space" not in str(error.value)
     check_resumed(there / "wall.h5", whole)
-
-
-def test_a_read_only_folder():
-    with pytest.raises(bs.errors.StorageError, match="cannot be written"):
-        bs.AnalysisManager(wall(), "/proc/wall.h5")

@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import StateDone
-from structures import SELF_WEIGHT, model_of, single_block
+from structures import SELF_WEIGHT, model_of, single_block, stopping
 
 
 def model():
@@ -41,13 +41,8 @@ def test_a_response_is_opened_as_it_was(stored):
 
 def test_an_interrupted_response_is_continued(stored, tmp_path):
     analysis, _ = stored
-
-    def stop(event):
-        if isinstance(event, StateDone) and event.index == 5:
-            raise KeyboardInterrupt
-
     path = tmp_path / "interrupted.h5"
-    part = bs.run(model(), cases()[:1], path, listeners=[stop])["along"]
+    part = bs.run(model(), cases()[:1], path, listeners=[stopping(StateDone, at=5)])["along"]
     assert part.status is bs.Status.INTERRUPTED
     assert part.response.sizes["time"] == 6
     done = bs.AnalysisManager.resume(path)["along"]

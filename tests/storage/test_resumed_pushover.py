@@ -8,7 +8,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.analysis import StepDone
 from blockstruct.storage.file import folder_of
-from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, slid_from_under, slipping_units
+from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, slid_from_under, slipping_units, stopping
 
 
 def sliding_to_a_stop():
@@ -79,7 +79,8 @@ def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, st
     to_the_end = {chosen[1], chosen[len(chosen) // 2], *range(len(kept) - 4, len(kept))}
     for at in chosen:
         last = None if at in to_the_end else at + 3
-        done = resumed(kept[at], last)
+        listeners = [] if last is None else [stopping(StepDone, at=last)]
+        done = bs.AnalysisManager.resume(kept[at], listeners=listeners)["push"]
         expected = whole.capacity.drop_vars("solver_time")
         if last is not None:
             expected = expected.isel(step=slice(last + 1), contact=(expected["step_of_contact"] <= last).to_numpy())
@@ -89,13 +90,3 @@ def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, st
             assert done.load_factor == pytest.approx(whole.load_factor, rel=1e-8), at
         for name, values in expected.variables.items():
             np.testing.assert_array_equal(done.capacity[name], values, f"{name}, gone on with at {at}")
-
-
-def resumed(path, last):
-    """The pushover gone on with to its end, or to a state after which it is interrupted."""
-
-    def stop(event):
-        if isinstance(event, StepDone) and event.index == last:
-            raise KeyboardInterrupt
-
-    return bs.AnalysisManager.resume(path, listeners=[stop])["push"]

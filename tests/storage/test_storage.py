@@ -21,7 +21,7 @@ from blockstruct.storage import file as storage_file
 from blockstruct.storage import netcdf, run_folder
 from blockstruct.storage.layout import MIGRATIONS
 from properties import few
-from structures import box, divided, model_of, push, seal_again, single_block
+from structures import box, divided, edited, model_of, push, single_block, stopping
 
 
 @pytest.fixture(scope="module")
@@ -30,13 +30,9 @@ def path(small_analysis, tmp_path_factory):
 
 
 def same(one: bs.Analysis, other: bs.Analysis) -> None:
-    assert one.model.hash == other.model.hash
-    assert one.model.detection == other.model.detection
-    assert one.cases == other.cases
-    assert one.versions == other.versions
-    assert one.created_at == other.created_at
-    assert one.solver_options == other.solver_options
-    assert (one.document_hash, one.tags) == (other.document_hash, other.tags)
+    assert (one.model.hash, one.model.detection) == (other.model.hash, other.model.detection)
+    for name in ("cases", "versions", "created_at", "solver_options", "document_hash", "tags"):
+        assert getattr(one, name) == getattr(other, name), name
     for name, result in one.items():
         twin = other[name]
         assert result.history.identical(twin.history)
@@ -233,46 +229,23 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
 
 
 def damage(group, name, value):
-    def change(file):
-        file[group].attrs[name] = value
-
-    return change
+    return lambda file: file[group].attrs.__setitem__(name, value)
 
 
 def delete(name):
-    def change(file):
-        del file[name]
-
-    return change
+    return lambda file: file.__delitem__(name)
 
 
-def overwrite(name, value):
-    def change(file):
-        file[name][...] = value
-
-    return change
-
-
-def replace_variable(name, data):
-    def change(file):
-        del file[name]
-        file[name] = data
-
-    return change
+def overwrite(name, value, at=...):
+    return lambda file: file[name].__setitem__(at, value)
 
 
 def relabel(name, texts):
-    def change(file):
-        file[name][: len(texts)] = texts
-
-    return change
+    return overwrite(name, texts, slice(len(texts)))
 
 
 def absurd(name):
-    def change(file):
-        file.create_dataset(name, shape=(10**12,), dtype="f8", chunks=(1000,))
-
-    return change
+    return lambda file: file.create_dataset(name, shape=(10**12,), dtype="f8", chunks=(1000,))
 
 
 def left_out(name):
@@ -291,6 +264,8 @@ def left_out(name):
 
 
 def link(name, target):
+    """Put a link or other values in a place."""
+
     def change(file):
         if name in file:
             del file[name]
@@ -384,7 +359,7 @@ HISTORY = "/cases/push associative/history"
         (relabel(f"{HISTORY}/stage", ["final"]), [f"{HISTORY}/stage", "'final' is none of"]),
         (relabel(f"{HISTORY}/solver_status", ["fine"]), [f"{HISTORY}/solver_status", "'fine' is none of"]),
         (relabel(f"{HISTORY}/contact_point", ["elsewhere"]), [f"{HISTORY}/contact_point", "their interfaces"]),
-        (replace_variable(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
+        (link(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
         (link(f"{HISTORY}/load_factor", h5py.ExternalLink("/etc/passwd", "/x")), ["load_factor", "link"]),
         (link("/model/extra", h5py.SoftLink("/model")), ["/model", "extra", "link"]),
         (absurd_together, ["/model/extra", "absurd"]),
@@ -392,16 +367,13 @@ HISTORY = "/cases/push associative/history"
         (hard_link_loop, ["/model", "extra"]),
         (virtual, ["/model/extra", "stored in another file"]),
         (external, ["/model/extra", "stored in another file"]),
-        (replace_variable("/model/unit_weight", np.array([b"heavy"])), ["/model/unit_weight"]),
+        (link("/model/unit_weight", np.array([b"heavy"])), ["/model/unit_weight"]),
     ],
 )
 def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words):
     copy = tmp_path / "copy.h5"
-    shutil.copy(path, copy)
-    with h5py.File(copy, "r+") as file:
+    with edited(path, copy) as file:
         change(file)
-    # Who damages a file on purpose seals it again.
-    seal_again(copy)
     for read in (bs.check_file, look_at_all_of):
         with pytest.raises(bs.errors.FormatError) as caught:
             read(copy)
@@ -416,12 +388,10 @@ def look_at_all_of(path):
 
 def test_validation_lists_each_violation_with_its_path(path, tmp_path):
     copy = tmp_path / "copy.h5"
-    shutil.copy(path, copy)
-    with h5py.File(copy, "r+") as file:
+    with edited(path, copy) as file:
         file["/model/unit_weight"].attrs["units"] = "kg"
         del file[f"{HISTORY}/load_factor"], file["/cases/push associative"].attrs["flow"]
         file.attrs["status"] = "fine"
-    seal_again(copy)
     with pytest.raises(bs.errors.FormatError) as caught:
         bs.check_file(copy)
     _, *found = str(caught.value).splitlines()
@@ -435,11 +405,8 @@ DATA = Path(__file__).parents[1] / "data"
 @pytest.mark.parametrize("name", ["volume", "centroid", "area"])
 @pytest.mark.parametrize("value", [99.0, np.nan])
 def test_what_follows_from_the_model_is_told_where_it_is_another(path, tmp_path, name, value):
-    copy = tmp_path / "copy.h5"
-    shutil.copy(path, copy)
-    with h5py.File(copy, "r+") as file:
+    with edited(path, copy := tmp_path / "copy.h5") as file:
         file["model"][name][1] = value
-    seal_again(copy)
     with pytest.raises(bs.errors.FormatError, match=f"/model/{name}: that of .* is {value:g}, and .* by the rest"):
         bs.check_file(copy)
 
@@ -501,15 +468,11 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
 
     Such files are valid, gone on with, and reproduced in these cells.
     """
-
-    def stop(event):
-        if isinstance(event, IterationDone) and event.index == stopped_after:
-            raise KeyboardInterrupt
-
     path = tmp_path / "x.h5"
     model = model_of(single_block(0.5, 1.0)[0], MORTAR)
     model = model if rectangular else divided(model)
-    manager = bs.AnalysisManager(model, path, settings=IN_50_CELLS, listeners=[stop])
+    stop = [] if stopped_after is None else [stopping(IterationDone, at=stopped_after)]
+    manager = bs.AnalysisManager(model, path, settings=IN_50_CELLS, listeners=stop)
     manager.statics = Statics.of(model, Division(50, (0,), regular=True))
     manager.run([PUSH])
     analysis = bs.AnalysisManager.resume(path)

@@ -12,8 +12,9 @@ from scipy import stats
 import blockstruct as bs
 import studied
 from blockstruct import Q_, studies
+from blockstruct.analysis import IterationDone
 from blockstruct.storage.run_folder import WriterLock
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
 MU = {"friction_coefficient": [0.3, 0.4, 0.6]}
 
@@ -165,13 +166,8 @@ def test_an_interrupted_run_under_another_name_is_not_gone_on_with(tmp_path):
     whose = bs.open_analysis(low).study
     low.unlink()
     model, case = studied.block(0.3, Q_(1, "m"))
-
-    def stop(event):
-        if type(event).__name__ == "IterationDone":
-            raise KeyboardInterrupt
-
     values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}
-    bs.AnalysisManager(model, low, parameters=values, study=whose, listeners=[stop]).run([case])
+    bs.AnalysisManager(model, low, parameters=values, study=whose, listeners=[stopping(IterationDone)]).run([case])
     with pytest.raises(bs.errors.StorageError, match=r"height 1\.0 meter, but its name stands for 0\.8 meter"):
         bs.study(studied.block, parameters, tmp_path, workers=1)
 
@@ -204,21 +200,13 @@ def test_a_table_of_failures_alone(sampling):
 def test_a_killed_run_is_gone_on_with(tmp_path):
     """What a study leaves that is killed: its next call resumes the run in flight."""
     values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}
-    seen = []
-
-    class Killed(BaseException):
-        pass
-
-    def kill(event):
-        if type(event).__name__ == "IterationDone":
-            raise Killed
-
+    seen, kill = [], stopping(IterationDone, error=SystemExit)
     data = bs.study(studied.block, values, tmp_path, workers=1)
     path = tmp_path / str(data.path.item() if data.path.ndim == 0 else data.path.to_numpy().ravel()[0])
     whose = bs.open_analysis(path).study
     path.unlink()
     model, case = studied.block(**values)
-    with pytest.raises(Killed):
+    with pytest.raises(SystemExit):
         bs.AnalysisManager(model, path, parameters=values, study=whose, listeners=[kill]).run([case])
     again = bs.study(studied.block, values, tmp_path, workers=1, listeners=[seen.append])
     assert again.load_factor.to_numpy().ravel() == pytest.approx([0.3], rel=1e-6)
@@ -235,16 +223,9 @@ def test_a_run_that_began_with_another_model_is_not_gone_on_with(tmp_path, monke
     path = tmp_path / bs.study(build, values, tmp_path, workers=1).path.item()
     whose = bs.open_analysis(path).study
     path.unlink()
-
-    class Killed(BaseException):
-        pass
-
-    def stop(event):
-        if type(event).__name__ == "IterationDone":
-            raise Killed if end == "killed" else KeyboardInterrupt
-
+    stop = stopping(IterationDone, error=SystemExit if end == "killed" else KeyboardInterrupt)
     model, case = build(0.6)
-    with pytest.raises(Killed) if end == "killed" else contextlib.nullcontext():
+    with pytest.raises(SystemExit) if end == "killed" else contextlib.nullcontext():
         given = {"friction_coefficient": 0.6}
         bs.AnalysisManager(model, path, parameters=given, study=whose, listeners=[stop]).run([case])
     same = studied.block

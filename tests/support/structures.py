@@ -1,9 +1,12 @@
 """Builders of structures that tests vary: plain numbers in, model or load factor out."""
 
-from collections.abc import Sequence
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 import blockstruct as bs
@@ -127,6 +130,31 @@ def seal_again(path: Path) -> None:
     """Seal a file after a change, as who damages it on purpose would."""
     content = path.read_bytes()
     path.write_bytes(content + seal_of(content))
+
+
+@contextmanager
+def edited(path: Path, copy: Path | None = None) -> Iterator[h5py.File]:
+    """A file, or a copy of it, opened to be changed, and sealed again."""
+    path = path if copy is None else shutil.copy(path, copy)
+    with h5py.File(path, "r+") as file:
+        yield file
+    seal_again(path)
+
+
+def stopping(
+    *kinds: type, at: int | None = None, case: str = "", nth: int = 1, error: type[BaseException] = KeyboardInterrupt
+) -> Callable[[object], None]:
+    """Listener that stops a run at the nth event: of some kinds, of an index, of a case."""
+    seen = []
+
+    def listen(event: object) -> None:
+        wanted = not kinds or isinstance(event, kinds)
+        if wanted and at in (None, getattr(event, "index", None)) and (not case or event.case.name == case):
+            seen.append(event)
+            if len(seen) == nth:
+                raise error
+
+    return listen
 
 
 def slid_from_under() -> bs.Model:

@@ -118,6 +118,18 @@ def test_every_end_has_its_sentence():
     assert len(ends) == len(PathEnd)
 
 
+@pytest.mark.parametrize(
+    ("reason", "words"),
+    [
+        (Reason.NEVER_SETTLES, "from 0.385 to 0.4017 over the last tenfold displacement, and not settled"),
+        (Reason.JAMS, "still rising at 0.4017, the blocks jam"),
+    ],
+)
+def test_a_load_factor_that_varies_jams_only_without_a_bound(reason, words):
+    varies = Outcome(Status.NOT_CONVERGED, np.nan, reason, drift=(0.385, 0.4017))
+    assert text.sentence(varies, LOAD_FACTOR) == f"no load factor: {words}"
+
+
 def test_the_ends_of_a_range_have_one_unit():
     moment = Answer("reaction", "R", "moment")
     assert moment.ends((2256.8, 456.3)) == ("0.4563 kN·m", "2.257 kN·m")

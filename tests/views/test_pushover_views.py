@@ -15,7 +15,7 @@ from blockstruct import Q_
 from blockstruct.text import report
 from blockstruct.views import analysis_summary, figures, result_text
 from blockstruct.views.page import write_page
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report.contents import contents
 from blockstruct.views.report.summary import curve_sentences

@@ -10,13 +10,12 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import analysis_summary, result_text
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report import report_html, write_report
 from blockstruct.views.report.contents import detection_rows
-from blockstruct.views.view import best_look
 from blockstruct.views.words import spread_words
-from structures import SELF_WEIGHT, model_of, push, settings_of, single_block
+from structures import SELF_WEIGHT, model_of, push, settings_of, single_block, stopping
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")
 
@@ -32,10 +31,6 @@ def run(cases, *, tilted=False, listener=None, **settings):
     return bs.AnalysisManager(model_of(blocks, joint), settings=settings_of(**settings), listeners=listeners).run(cases)
 
 
-def interrupt(event):
-    raise KeyboardInterrupt
-
-
 def case(name="case", direction=(1, 0, 0), flow="nonassociative"):
     return bs.LimitCase(name, SELF_WEIGHT, push(*direction), flow)
 
@@ -49,16 +44,19 @@ def small():
     ("status", "analysis"),
     [
         ("converged", lambda: run([case()])),
-        ("unbounded", lambda: run([case(direction=(0, 0, -1))])),
+        ("unbounded", lambda: run([case(direction=(0, 0, -1))])),  # Blocks that do not dilate may move all the same.
         ("unbounded", lambda: run([case(direction=(0, 0, -1), flow="associative")])),
         ("unstable under dead load", lambda: run([case()], tilted=True)),
         ("not converged", lambda: run([case()], procedure="fictitious", max_programs=1)),
-        ("interrupted", lambda: run([case()], listener=interrupt)),
+        ("interrupted", lambda: run([case()], listener=stopping())),
     ],
 )
 def test_every_view_has_the_one_sentence_of_the_case(status, analysis):
     found = analysis()
     result, said = found["case"], found["case"].headline.text()
+    if status == "unbounded":
+        proven = result.case.flow is bs.Flow.ASSOCIATIVE
+        assert result.outcome.reason == ("never_collapses" if proven else "carries_any_load")
     html = unescape(report_html(found))
     assert f"<td>{status}</td>" in html
     assert html.count(f"{said[:1].upper()}{said[1:]}.") == 1
@@ -69,14 +67,6 @@ def test_every_view_has_the_one_sentence_of_the_case(status, analysis):
     else:
         with pytest.raises(bs.errors.ModelError, match=re.escape(said)):
             write_paraview(result, "case.pvd")
-
-
-@pytest.mark.parametrize(
-    ("flow", "reason"), [("nonassociative", "carries_any_load"), ("associative", "never_collapses")]
-)
-def test_forces_alone_do_not_prove_without_dilatancy_that_nothing_moves(flow, reason):
-    """Theirs is the program of associative flow; blocks that do not dilate may move though such forces exist."""
-    assert run([case(direction=(0, 0, -1), flow=flow)])["case"].outcome.reason == reason
 
 
 def test_the_report_has_model_and_results():
@@ -228,13 +218,6 @@ def test_a_template_that_cannot_be_used_is_refused(tmp_path, name, text, words, 
     with pytest.raises(bs.errors.StorageError, match=words):
         write_report(small, tmp_path / "r.html", template=tmp_path / name)
     assert not (tmp_path / "r.html").exists()
-
-
-def test_motion_out_of_plane_is_drawn_in_space(small_analysis, small_model):
-    across = bs.AnalysisManager(small_model).run([bs.LimitCase("across", SELF_WEIGHT, push(0, 1, 0), "associative")])
-    assert best_look(across["across"]) == "3d"
-    assert best_look(small_analysis["push nonassociative"]) == "y"
-    assert best_look(small_model) == "y"
 
 
 def test_the_report_prints_its_own_margins_and_splits_no_sentence(browser, tmp_path):

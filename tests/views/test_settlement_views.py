@@ -12,7 +12,7 @@ from rich.console import Console
 import blockstruct as bs
 from blockstruct import Q_, views
 from blockstruct.views import figures
-from blockstruct.views.page.payload import payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.report import report_html
 from structures import SELF_WEIGHT, box, model_of, push
 

@@ -25,25 +25,9 @@ from blockstruct.analysis.events import (
     log_to,
     print_lines,
 )
-from blockstruct.analysis.manager import AnalysisManager
-from blockstruct.analysis.runs import recover, reproduce, run
+from blockstruct.analysis.manager import AnalysisManager, recover, reproduce, run
 from blockstruct.analysis.ties import least_tie_force
 
-__all__ = [
-    # running
-    "AnalysisManager",
-    "least_tie_force",
-    "recover",
-    "reproduce",
-    "run",
-    # events
-    "CaseFinished",
-    "CaseStarted",
-    "Event",
-    "IterationDone",
-    "Listener",
-    "StateDone",
-    "StepDone",
-    "log_to",
-    "print_lines",
-]
+__all__ = ["AnalysisManager", "least_tie_force", "recover", "reproduce", "run"]
+__all__ += ["CaseFinished", "CaseStarted", "Event", "IterationDone", "Listener", "StateDone", "StepDone", "log_to"]
+__all__ += ["print_lines"]

@@ -1,4 +1,4 @@
-"""The analysis manager, and the listener by which it commits a run while it is under way."""
+"""The analysis manager, its listener that commits a run, and analyses in one call."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,7 +22,7 @@ from blockstruct.analysis.events import (
     tell,
     with_progress,
 )
-from blockstruct.analysis.motions import followed, responded
+from blockstruct.analysis.motions import ReplaySolver, followed, kept_state, responded, with_effects
 from blockstruct.analysis.plan import (
     Run,
     blank_history,
@@ -35,8 +35,6 @@ from blockstruct.analysis.plan import (
     versions,
     warn_of_versions,
 )
-from blockstruct.analysis.remedies import with_effects
-from blockstruct.analysis.replay import ReplaySolver, kept_state
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, Solver, schedules_of
 from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
@@ -44,13 +42,15 @@ from blockstruct.procedures import solve_dead_load, solve_limit_case
 from blockstruct.results import (
     Analysis,
     CaseResult,
+    Comparison,
     checked_parameters,
     checked_tags,
+    compare,
     division_of,
     history_of,
+    history_variables,
     iteration_variables,
-    response_arrays,
-    step_arrays,
+    state_arrays,
 )
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
@@ -78,15 +78,15 @@ class Recorder:
         """Commit the content of an event."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
-                self._working.start(case.name, versions())
+                self._working.start(case.name, versions(), *history_variables(statics, problem, []))
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
                 self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
             case StepDone(case, index, step):
-                self._working.commit_step(case.name, index, step_arrays([step]))
+                self._working.commit_step(case.name, index, state_arrays([step]))
             case StateDone(case, index, state):
-                self._working.commit_step(case.name, index, response_arrays([state]))
+                self._working.commit_step(case.name, index, state_arrays([state]))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)
 
@@ -391,3 +391,86 @@ def _warn_of(results: Iterable[CaseResult]) -> None:
             cases_of_text.setdefault(text, result.name)
     for text, name in cases_of_text.items():
         warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
+
+
+def run(
+    model: Model,
+    cases: Case | Iterable[Case],
+    store: str | Path | None = None,
+    *,
+    settings: ProcedureSettings | None = None,
+    spread: bool | str | Iterable[str] = False,
+    parameters: Mapping[str, Any] = MappingProxyType({}),
+    listeners: Iterable[Listener] = (),
+    progress: Progress = "auto",
+) -> Analysis:
+    """Run cases of a model: :class:`AnalysisManager` in one call.
+
+    Parameters
+    ----------
+    model, store, settings, parameters, listeners, progress
+        As for :class:`AnalysisManager`.
+    cases, spread
+        As for :meth:`AnalysisManager.run`; ``cases`` may be a single case.
+
+    Raises
+    ------
+    ModelError, StorageError, SolverError, GeometryError
+        As :class:`AnalysisManager` and its method ``run``.
+    """
+    listed = [cases] if isinstance(cases, Case) else cases
+    manager = AnalysisManager(
+        model, store, settings=settings, parameters=parameters, listeners=listeners, progress=progress
+    )
+    return manager.run(listed, spread=spread)
+
+
+def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comparison:
+    """Run an analysis again, each case with its own settings, and compare.
+
+    Parameters
+    ----------
+    analysis
+        An analysis, as a rule from a file.
+    listeners
+        As for :class:`blockstruct.AnalysisManager`.
+
+    Returns
+    -------
+    Comparison
+        The stored analysis, and the new one of this installation as the other, with the versions that differ.
+
+    Raises
+    ------
+    ModelError
+        If the argument is not an analysis, such as the name of a file.
+    """
+    if not isinstance(analysis, Analysis):
+        msg = f"reproduce: {type(analysis).__name__} is not an analysis; give bs.open_analysis(file)"
+        raise ModelError(msg)
+    return compare(analysis, AnalysisManager.again(analysis, listeners=listeners))
+
+
+def recover(path: str | Path) -> Analysis:
+    """Make the analysis file of a killed run from its committed iterations.
+
+    Cases that had not ended get the status ``interrupted``. :meth:`blockstruct.AnalysisManager.resume` continues
+    either the killed run or the recovered file.
+
+    Parameters
+    ----------
+    path
+        The file that the run would have written. A file that was there when the run began is replaced, as the run would
+        have done. No other file is replaced.
+
+    Raises
+    ------
+    StorageError
+        If there is no killed run, it is still under way, or the path cannot be written.
+    FormatError
+        If the working data are damaged at their root.
+    """
+    with Checkpoint.reopen(path, blank_history) as working:
+        analysis = working.analysis()
+        working.finish(analysis)
+    return analysis

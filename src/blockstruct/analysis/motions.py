@@ -1,4 +1,9 @@
-"""Motions: the capacity curve of a pushover or a settlement after collapse, and the response to a record."""
+"""Motions after collapse and under records; cases that are resumed, and run again by the remedy of a note.
+
+The history of a case answers the programs already solved. The procedure is deterministic: its next step depends only
+on the problem, the settings and the earlier solutions. So it runs again from the start, with a solver that knows the
+first solutions.
+"""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -6,23 +11,39 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from blockstruct.analysis.events import Listener, StateDone, StepDone, tell
-from blockstruct.limit import Iteration, LimitProblem, Outcome, RecordState
-from blockstruct.model import RecordCase, has_curve
+from blockstruct.errors import FormatError
+from blockstruct.limit import (
+    ConicProgram,
+    Iteration,
+    LimitProblem,
+    Outcome,
+    ProcedureSettings,
+    ProgramData,
+    RecordState,
+    Solution,
+    Solver,
+    velocities_of,
+)
+from blockstruct.limit.iteration import Steps
+from blockstruct.model import Model, RecordCase, has_curve
+from blockstruct.model.fields import changed
 from blockstruct.motion import MotionState, MovingProblem, follow, respond
+from blockstruct.procedures import solve_limit_case
 from blockstruct.results import (
     CaseResult,
     arrays_of_response,
     beginning_of,
     capacity_of,
-    response_arrays,
     response_of,
-    step_arrays,
+    state_arrays,
     steps_of,
 )
-from blockstruct.statics import Statics
-from blockstruct.vocabulary import Reason, Status
+from blockstruct.solvers import solver_of
+from blockstruct.statics import Division, Statics
+from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status, Torsion
 
 
 def followed(
@@ -63,7 +84,7 @@ def followed(
     return replace(
         result,
         outcome=outcome,
-        capacity=capacity_of(statics.model, case, step_arrays(states)) if states else None,
+        capacity=capacity_of(statics.model, case, state_arrays(states)) if states else None,
         curve_outcome=ended,
         duration=result.duration + perf_counter() - start,
     )
@@ -104,8 +125,153 @@ def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners:
         outcome = Outcome(_STATUS[reason], np.nan, reason, collapse_time=time)
     except KeyboardInterrupt:
         pass
-    pieces += [response_arrays(states)] if states else []
+    pieces += [state_arrays(states)] if states else []
     response = None
     if pieces:
         response = response_of(statics.model, {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]})
     return replace(result, outcome=outcome, response=response, duration=result.duration + perf_counter() - start)
+
+
+#: Stages whose iterations are not programs of the problem.
+_FOUND_ANEW = (Stage.DEAD_LOAD, Stage.DEAD_LOAD_COLLAPSE, Stage.LARGEST_REACTION, Stage.LOADING_PATH)
+
+
+class ReplaySolver:
+    """Answers programs from the history of a case, then from a solver.
+
+    :meth:`follow` counts the iterations, to which programs belong. A loading path finds some of its closing states by
+    its own loop, which runs again.
+
+    The dead-load program is solved again, because the history of a stable structure does not contain it. An unbounded
+    program is solved again, because a history keeps no ray. Steps of the loading path are not programs; they are
+    computed again.
+
+    Parameters
+    ----------
+    statics, problem
+        Statics and limit problem of the history.
+    history
+        Iterations to replay; it may have no iterations.
+    solver
+        Solves the later programs.
+    """
+
+    def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
+        self._problem, self._solver = problem, solver
+        self._history = history
+        motion = [self._history[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")]
+        self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
+        self._T = np.zeros((len(self._x), 0))
+        if len(problem.ties):
+            self._T = self._history["tie_force"].to_numpy() / problem.ties.force_unit - problem.ties.prestress_D
+        self._u = velocities_of(statics, problem, np.concatenate(motion, axis=2)) * problem.load_unit
+        self._found_anew = np.isin(history["stage"].to_numpy(), [s.value for s in _FOUND_ANEW])
+        self._next = 0
+
+    def follow(self, steps: Steps) -> Steps:
+        """Yield the steps of a case while they agree with its history.
+
+        Raises
+        ------
+        FormatError
+            If this version of blockstruct would solve other programs than the history has.
+        """
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as stop:
+                outcome: Outcome = stop.value
+                return outcome
+            if self._next < self._history.sizes["iteration"]:
+                _compare(step, self._history.isel(iteration=self._next), self._next)
+            self._next += 1
+            yield step
+
+    def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
+        """Return the solution of one program."""
+        k = self._next
+        if program.problem is not self._problem or k >= len(self._u) or self._found_anew[k]:
+            return self._solver.solve(program, data, tolerance)
+        alpha = float(self._history["load_factor"][k]) * self._problem.load_unit
+        if np.isposinf(alpha):
+            return self._solver.solve(program, data, tolerance)
+        y, z = np.zeros(program.G.shape[1]), np.zeros(program.G.shape[0])
+        y[0] = alpha * program.unit
+        y[1 : 1 + self._x[k].size] = self._x[k].ravel()
+        y[program.tie_columns] = self._T[k]
+        z[: program.zero_rows] = self._u[k] * program.total
+        status = SolverStatus(str(self._history["solver_status"].to_numpy()[k]))
+        iterations, time = (self._history[name].to_numpy()[k] for name in ("solver_iterations", "solver_time"))
+        return Solution(status, y, z, int(iterations), float(time))
+
+
+def kept_state(statics: Statics, problem: LimitProblem, history: xr.Dataset, last: Iteration) -> Iteration:
+    """Return the last iteration with its numbers in a history.
+
+    Conversion to SI units and back changes their last digits. A run that continues from the stored numbers alone ends
+    with the same digits as a run that was killed and resumed.
+    """
+    row = history.isel(iteration=[-1])
+    motion = np.concatenate([row[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")], axis=2)
+    tie_force = row["tie_force"].to_numpy()[0] / problem.ties.force_unit if len(problem.ties) else last.tie_force
+    return replace(
+        last,
+        load_factor=float(row["load_factor"][0]),
+        x=row["contact_force"].to_numpy()[0] / problem.force_unit[:, None],
+        u=velocities_of(statics, problem, motion)[0],
+        tie_force=tie_force,
+    )
+
+
+def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:
+    ours = (step.stage.value, step.c0, step.a)
+    theirs = (str(stored["stage"].item()), float(stored["schedule_cohesion"]), float(stored["schedule_slope"]))
+    if ours[0] != theirs[0] or not np.allclose(ours[1:], theirs[1:], rtol=1e-9, atol=0):
+        msg = (
+            f"iteration {k} of the history is the {theirs[0]} program with c0 = {theirs[1]:g} and a = {theirs[2]:g}, "
+            f"but this version of blockstruct solves the {ours[0]} program with c0 = {ours[1]:g} and a = {ours[2]:g}; "
+            "run the case anew"
+        )
+        raise FormatError(msg)
+
+
+def with_effects(result: CaseResult) -> CaseResult:
+    """Return a result with the load factor that the remedy of each note gives.
+
+    A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
+    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times the time of
+    the case.
+    """
+    facts: dict[str, Any] = {}
+    wanted = result.wanted_effects
+    if "uniform_torsion" in wanted:
+        facts["uniform_torsion"] = _load_factor(_uniform(result.model), result, result.settings)
+    if "biaxial_crushing" in wanted:
+        exact = replace(result.settings, crushing="conic", crushing_interaction="biaxial")
+        facts["biaxial_crushing"] = _load_factor(result.model, result, exact)
+    if "other_procedure" in wanted:
+        other = "fictitious" if result.settings.procedure == "loading path" else "loading path"
+        facts["other_procedure"] = _load_factor(result.model, result, replace(result.settings, procedure=other))
+    return result.changed(outcome=replace(result.outcome, **facts)) if facts else result
+
+
+def _uniform(model: Model) -> Model:
+    """Return a model whose joints have the torsion of uniform pressure."""
+    joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in model.joint_materials.items()}
+    # The shapes are unchanged, and need no second check.
+    other: Model = changed(
+        model, interfaces=tuple(i.with_joint_material(joints[i.joint_material.name]) for i in model.interfaces)
+    )
+    return other
+
+
+def _load_factor(model: Model, result: CaseResult, settings: ProcedureSettings) -> float:
+    """Return the load factor of a case with another model and other settings; NaN without a settled one."""
+    statics = Statics.of(model, Division(settings.crushing_cells))
+    problem = LimitProblem.of(statics, result.case).at_unit_load
+    steps = solve_limit_case(problem, result.case.flow, settings, solver_of(settings))
+    while True:
+        try:
+            next(steps)
+        except StopIteration as stop:
+            return float(stop.value.load_factor) if stop.value.status is Status.CONVERGED else np.nan

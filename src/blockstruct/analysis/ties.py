@@ -49,27 +49,10 @@ from blockstruct.statics import Division, Statics
 from blockstruct.text import least_ties_sentence
 from blockstruct.vocabulary import Flow, SolverStatus, TieState
 
-__all__ = [
-    # kinds of ties in addition to bs.Tie
-    "BondedBar",
-    "Strip",
-    "Tie",
-    # reduced forms
-    "TIE_QUANTITIES",
-    "TieSegment",
-    "given_quantities",
-    "tie_kind_of",
-    "tie_segments",
-    # results
-    "TieState",
-    "tie_state",
-    "ties_at_collapse",
-    # effect
-    "LeastTieForce",
-    "WithAndWithout",
-    "least_tie_force",
-    "with_and_without",
-]
+__all__ = ["BondedBar", "Strip", "Tie"]
+__all__ += ["TIE_QUANTITIES", "TieSegment", "given_quantities", "tie_kind_of", "tie_segments"]
+__all__ += ["TieState", "tie_state", "ties_at_collapse"]
+__all__ += ["LeastTieForce", "WithAndWithout", "least_tie_force", "with_and_without"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

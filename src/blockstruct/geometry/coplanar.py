@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
-from blockstruct.geometry.neighbours import box_pairs
+from blockstruct.geometry.neighbours import facing_pairs
 from blockstruct.geometry.polygon import plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import ALIKE, SIDEWAYS, SNAP
@@ -130,14 +130,17 @@ def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
 
 
 def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]:
-    """Return pairs of faces (front, back) of different bodies that look at each other and whose boxes meet.
+    """Return pairs of faces (front, back) of different bodies that look at each other and may be within the reach.
 
     The front face looks up (or, if level, along +y or +x).
     """
-    i, j = box_pairs(faces.low - reach, faces.high + reach)
+    i, j = facing_pairs(faces.low - reach, faces.high + reach, faces.normal, angle)
     keep = faces.body[i] != faces.body[j]
     i, j = i[keep], j[keep]
-    keep = _angle(faces.normal[i], faces.normal[j]) <= angle
+    tilt = _angle(faces.normal[i], faces.normal[j])
+    away = np.abs(np.einsum("ij,ij->i", faces.centre[j] - faces.centre[i], faces.normal[i]))
+    # No point of a face is further from its centre than the diagonal of its box.
+    keep = (tilt <= angle) & (away - np.sin(tilt) * faces.extent[j] * np.sqrt(3) <= reach)
     i, j = i[keep], j[keep]
     up = _half_space_sign(faces.normal[i] - faces.normal[j]) > 0
     return np.where(up, i, j), np.where(up, j, i)

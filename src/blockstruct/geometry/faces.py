@@ -33,10 +33,11 @@ class Faces:
     @classmethod
     def of(cls, bodies: Sequence[Polyhedron]) -> Self:
         """Return the faces of bodies, in their order."""
-        loops = [b.vertices[list(face)] for b in bodies for face in b.faces]
-        count = np.array([len(loop) for loop in loops])
+        count = np.array([len(face) for b in bodies for face in b.faces])
         start = np.cumsum(count) - count
-        corners = np.concatenate(loops)
+        first = np.cumsum([0, *(len(b.vertices) for b in bodies[:-1])])
+        corner = [first + v for first, b in zip(first.tolist(), bodies, strict=True) for face in b.faces for v in face]
+        corners = np.concatenate([b.vertices for b in bodies])[corner]
         return cls(
             body=np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies]),
             normal=np.concatenate([b.normals for b in bodies]),

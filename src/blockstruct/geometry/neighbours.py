@@ -14,6 +14,9 @@ from blockstruct.geometry.tolerances import CHUNK
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: Unit vector that is not along the faces of usual structures: half of all faces look along it.
+OBLIQUE = np.array([0.36, 0.48, 0.8])
+
 
 def connected(pairs: Index, n: int) -> Index:
     """Return the number (n,) of the connected part of each of n nodes, which pairs (m, 2) join."""
@@ -33,36 +36,57 @@ def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
 def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:
     """Return the index pairs (i, j), i < j, of axis-parallel boxes that meet.
 
-    The search tree covers the two longest axes of the structure. Along the third axis the structure is cut into slabs,
-    which are next to each other in the tree, so that solid structures cost no more than walls.
-
     Parameters
     ----------
     low, high : (n, 3) arrays
         Smallest and largest corners. A box with ``low > high`` along an axis meets no other box.
     """
+    i, j = _boxes_that_meet(low, high, np.zeros(len(low)), 0.0)
+    order = np.lexsort((j, i))
+    return i[order], j[order]
+
+
+def facing_pairs(low: Array, high: Array, normals: Array, angle: float) -> tuple[Index, Index]:
+    """Return the index pairs of faces whose boxes meet, except most of those that do not look at each other.
+
+    Parameters
+    ----------
+    low, high : (n, 3) arrays
+        Smallest and largest corners of the boxes.
+    normals : (n, 3) array
+        Unit normals.
+    angle
+        Largest angle between two faces that look at each other, radians.
+    """
+    return _boxes_that_meet(low, high, normals @ OBLIQUE, angle)
+
+
+def _boxes_that_meet(low: Array, high: Array, ahead: Array, within: float) -> tuple[Index, Index]:
+    """Return the index pairs (i, j) of boxes that meet, with values ``ahead`` of about opposite sign.
+
+    The search tree covers the two longest axes of the structure. Along the third axis the structure is cut into slabs,
+    which are next to each other in the tree, so that solid structures cost no more than walls.
+    """
     real = np.flatnonzero(np.all(low <= high, axis=1))
     if len(real) < 2:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    low, high = low[real], high[real]
+    low, high, ahead = low[real], high[real], ahead[real]
     start, extent = low.min(axis=0), high.max(axis=0) - low.min(axis=0)
     x, y, z = np.argsort(-extent)
     thickness = max(2.0 * float(np.mean(high[:, z] - low[:, z])), float(extent[z]) / 1000.0) or 1.0
     first, last = (np.floor((h[:, z] - start[z]) / thickness).astype(np.int64) for h in (low, high))
-    count = last - first + 1
-    box = np.repeat(np.arange(len(low)), count)
-    slab = first[box] + np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
+    box, slab, _ = expanded(first, last - first + 1)
     shift = slab * (1.5 * extent[y] + 1e-300) - start[y]
-    tree_boxes = shapely.box(low[box, x] - start[x], low[box, y] + shift, high[box, x] - start[x], high[box, y] + shift)
-    one, other = shapely.STRtree(tree_boxes).query(tree_boxes)
+    boxes = shapely.box(low[box, x] - start[x], low[box, y] + shift, high[box, x] - start[x], high[box, y] + shift)
+    front, back = (np.flatnonzero(sense * ahead[box] >= -within / 2) for sense in (1, -1))
+    one, other = shapely.STRtree(boxes[back]).query(boxes[front])
+    one, other = front[one], back[other]
     i, j = box[one], box[other]
-    # Two boxes with several common slabs count in the first slab only.
-    keep = (
-        (i < j) & (slab[one] == np.maximum(first[i], first[j])) & (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
-    )
-    i, j = real[i[keep]], real[j[keep]]
-    order = np.lexsort((j, i))
-    return i[order], j[order]
+    # Two boxes with several common slabs count in the first of them only.
+    once = (ahead[i] > ahead[j]) | ((ahead[i] == ahead[j]) & (i < j))
+    i, j, common = i[once], j[once], slab[one[once]]
+    keep = (common == np.maximum(first[i], first[j])) & (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
+    return real[i[keep]], real[j[keep]]
 
 
 def separations(bodies: list[Polyhedron], i: Index, j: Index) -> Array:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from typing import Self
 
 import numpy as np
@@ -20,6 +20,12 @@ Triangles = list[tuple[int, ...]]
 
 #: Corners of the faces of a tetrahedron, counter-clockwise seen from outside, and of its edges.
 _FACES, _EDGES = np.array([(1, 2, 3), (0, 2, 1), (0, 3, 2), (0, 1, 3)]), np.array(list(combinations(range(4), 2)))
+#: Unit vectors (3, 13) to the faces, edges and corners of a cube, without their opposites, those along the axes first.
+#: Of oblique bodies whose boxes meet, a third have no gap along any of them.
+_DIRECTIONS = np.array(
+    sorted((d for d in product((0.0, 1.0, -1.0), repeat=3) if d > (0.0, 0.0, 0.0)), key=np.count_nonzero)
+).T
+_DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=0)
 
 
 def may_overlap(bodies: list[Polyhedron], i: Index, j: Index, tolerance: float) -> NDArray[np.bool_]:
@@ -33,9 +39,10 @@ def may_overlap(bodies: list[Polyhedron], i: Index, j: Index, tolerance: float) 
     near, place = np.unique(np.concatenate([i, j]), return_inverse=True)
     one, other = place.reshape(2, -1)
     parts, count = Tetrahedra.of([bodies[k] for k in near], tolerance)
-    low, high = parts.corners.min(axis=1) + tolerance / 2, parts.corners.max(axis=1) - tolerance / 2
+    along = parts.corners @ _DIRECTIONS
+    low, high = along.min(axis=1) + tolerance / 2, along.max(axis=1) - tolerance / 2
     start = np.cumsum(count) - count
-    lows, highs = (np.array([f(bodies[k].vertices, axis=0) for k in near]) for f in (np.min, np.max))
+    lows, highs = (np.array([f(bodies[k].vertices @ _DIRECTIONS, axis=0) for k in near]) for f in (np.min, np.max))
     answer = (count[one] == 0) | (count[other] == 0)
     open_pairs = np.flatnonzero(~answer)
     # A pair of tetrahedra takes about a hundred values.
@@ -163,9 +170,12 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     """
     if len(bodies) < 2:
         return []
-    low = np.array([b.vertices.min(axis=0) for b in bodies])
-    high = np.array([b.vertices.max(axis=0) for b in bodies])
-    i, j = box_pairs(low + tolerance / 2, high - tolerance / 2)
+    extents = [b.vertices @ _DIRECTIONS for b in bodies]
+    low = np.array([extent.min(axis=0) for extent in extents]) + tolerance / 2
+    high = np.array([extent.max(axis=0) for extent in extents]) - tolerance / 2
+    i, j = box_pairs(low[:, :3], high[:, :3])
+    close = np.all((low[i] <= high[j]) & (low[j] <= high[i]), axis=1)
+    i, j = i[close], j[close]
     # A plane along a face separates nearly all neighbours, and planes between parts nearly all others that only touch.
     close = separations(bodies, i, j) < -tolerance
     i, j = i[close], j[close]

@@ -261,7 +261,8 @@ def _concluded(
         if ray is not None and not can_jam(problem, settings, solver):
             yield ray
             return Outcome(Status.UNBOUNDED, np.inf, Reason.GROWS_WITHOUT_LIMIT)
-        return Outcome(Status.NOT_CONVERGED, np.nan, Reason.NEVER_SETTLES, drift=found.drift, path_end=end)
+        reason = Reason.NEVER_SETTLES if ray is None else Reason.JAMS
+        return Outcome(Status.NOT_CONVERGED, np.nan, reason, drift=found.drift, path_end=end)
     if found is None:
         return replace(given_up(problem, Reason.NO_CERTIFICATE, programs=n), path_end=end)
     outcome = replace(_collapse(problem, found), path_end=end)

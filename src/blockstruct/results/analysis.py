@@ -14,8 +14,7 @@ from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.keywords import made_again
 from blockstruct.model import Case, Model, checked_text
 from blockstruct.notebook import html_table, in_notebook
-from blockstruct.results.case_result import CaseResult
-from blockstruct.results.headline import Headline
+from blockstruct.results.case_result import CaseResult, Headline
 from blockstruct.results.parameters import checked_parameters, checked_tags
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.text import LISTED

@@ -1,4 +1,4 @@
-"""The capacity curve: every state of a pushover or a settlement as one xarray Dataset."""
+"""Capacity curves and responses to records: every state of blocks in motion as one xarray Dataset."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -8,59 +8,47 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import reaction_unit
+from blockstruct.limit import Fall, RecordState, reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
 from blockstruct.results.ties import break_displacements
+from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics import Placement
-from blockstruct.text import doubtful_part
-from blockstruct.units import SI_UNITS
+from blockstruct.text import doubtful_part, response_sentences
 from blockstruct.vocabulary import AXES, CurveDoubt
 
-#: Dimension and long name of every attribute of a state.
-_VALUES = {
-    "load_factor": ("dimensionless", "load factor α"),
-    "displacement": ("length", "displacement of the control point along its direction"),
-    "position": ("length", "centroid of each block"),
-    "rotation": ("angle", "rotation vector of each block from where the model has it"),
-    "velocity": ("velocity", "velocity of the centroid, at 1 W"),
-    "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
-    "motion_time": ("time", "for which the velocities act until the next state"),
-    "inertia_time": ("time", "in which blocks at rest go the way of the step; infinite without inertia"),
-    "falls": ("dimensionless", "1 if blocks drop in the step, while the control point all but waits"),
-    "reach": ("length", "largest gap of contact points"),
-    "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
-    "work": ("dimensionless", "work of the step per unit of work of the variable load"),
-    "inertia": ("dimensionless", "share of the work of inertia in that of the step"),
-    "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
-    "tie_elongation": ("length", "of the tie beyond its length in the model"),
-    "minus_of_contact": (None, "index of the block that the normal points from, at each contact point with a force"),
-    "plus_of_contact": (None, "index of the block that it points to"),
-    "point_of_contact": ("length", "where the contact point is"),
-    "normal_of_contact": ("dimensionless", "direction from its minus to its plus block"),
-    "force_of_contact": ("force", "on its plus block"),
-    "penetration": ("length", "deepest penetration of two blocks"),
-    "energy_error": ("dimensionless", "work that the way from the state before misses, relative to all work so far"),
-    "equilibrium_residual": ("dimensionless", "in multiples of the dead wrench of the block"),
-    "yield_excess": ("dimensionless", "beyond the true conditions, in multiples of the dead wrench or normal force"),
-    "interpenetration": ("dimensionless", "of the next motion, relative to its largest relative velocity"),
-    "flow_rule_gap": ("dimensionless", "work by which the flow rule is missed, in units of α"),
-    "holds": ("dimensionless", "1 if the certificate of the state holds"),
-    "contact_points": ("dimensionless", "number of contact points"),
-    "solver_iterations": ("dimensionless", "iterations of the step"),
-    "solver_time": ("time", "time of the step"),
-}
-_OF_CONTACT = ("minus_of_contact", "plus_of_contact")
-_FLAGS = ("holds", "falls")
-_WHOLE = (*_FLAGS, "contact_points", "solver_iterations", *_OF_CONTACT)
-_DIMS = {
-    **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), ("step", "block", "axis")),
-    **dict.fromkeys(("tie_force", "tie_elongation"), ("step", "tie")),
-    **dict.fromkeys(_OF_CONTACT, ("contact",)),
-    **dict.fromkeys(("point_of_contact", "normal_of_contact", "force_of_contact"), ("contact", "axis")),
-}
-
 Arrays = Mapping[str, NDArray[Any]]
+
+
+def state_variables(kind: type[MotionState | RecordState]) -> dict[str, Stated]:
+    """Return the variables of a curve or of a response that are attributes of a state, by name."""
+    names, part = {f.name for f in fields(kind)}, "capacity" if kind is MotionState else "response"
+    return {name: variable for name, variable in stated(part).items() if name in names}
+
+
+def state_arrays(states: Sequence[MotionState] | Sequence[RecordState]) -> dict[str, NDArray[Any]]:
+    """Return an array of each attribute of one or more states.
+
+    The contact points of all states stand one after the other, with their numbers in ``loaded_points``.
+    """
+    arrays = {"loaded_points": np.array([len(state.force_of_contact) for state in states])}
+    for name, variable in state_variables(type(states[0])).items():
+        kind = np.float64 if variable.kind == "f" else np.int64
+        values = [np.asarray(getattr(state, name), dtype=kind) for state in states]
+        arrays[name] = np.concatenate(values) if "contact" in variable.dims else np.stack(values)
+    return arrays
+
+
+def coordinates_of(model: Model, dim: str, values: NDArray[Any], arrays: Arrays) -> dict[str, NDArray[Any]]:
+    """Return the names of blocks and axes, the states along their dimension, and the state of each contact point."""
+    of_contact = "step_of_contact" if dim == "step" else "state_of_contact"
+    return {
+        dim: values,
+        "block": np.array([b.name for b in model.blocks], dtype=object),
+        "axis": np.array(AXES, dtype=object),
+        of_contact: np.repeat(np.arange(len(values)), arrays["loaded_points"]),
+    }
+
 
 #: Rise of the load factor above its first value, and jump between two states, from which a caution is given. Both are
 #: relative to the first value.
@@ -77,26 +65,13 @@ MISSED = 0.01
 AT_ONCE = 0.5
 
 
-def step_arrays(steps: Sequence[MotionState]) -> dict[str, NDArray[Any]]:
-    """Return an array of each value of one or more steps.
-
-    The first dimension is the step. Values of contact points follow one another, step by step; ``loaded_points`` has
-    their number in each step.
-    """
-    arrays = {"loaded_points": np.array([len(step.force_of_contact) for step in steps])}
-    for name in _VALUES:
-        values = [np.asarray(getattr(step, name), dtype=np.int64 if name in _WHOLE else np.float64) for step in steps]
-        arrays[name] = np.concatenate(values) if "contact" in _DIMS.get(name, ()) else np.stack(values)
-    return arrays
-
-
 def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
     """Return the capacity curve of the values of its steps, in SI units.
 
     Parameters
     ----------
     model, case, arrays
-        The structure, its case, and :func:`step_arrays`.
+        The structure, its case, and the arrays of its states.
 
     Returns
     -------
@@ -107,56 +82,22 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
         the largest displacement of the supports before blocks fall, NaN if none fall. A settlement has ``reaction``;
         ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
     """
-    n = len(arrays["load_factor"])
-    variables: dict[str, Any] = {
-        name: (
-            _DIMS.get(name, ("step",)),
-            arrays[name],
-            {"units": SI_UNITS[dimension], "long_name": long_name} if dimension else {"long_name": long_name},
-        )
-        for name, (dimension, long_name) in _VALUES.items()
-        # A model without ties has no tie variables.
-        if model.ties or "tie" not in _DIMS.get(name, ())
-    }
-    largest = "displacement at which the load factor is zero"
+    names = state_variables(MotionState)
+    # A model without ties has no tie variables.
+    values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if model.ties or "tie" not in v.dims}
+    values |= coordinates_of(model, "step", np.arange(len(arrays["load_factor"])), arrays)
     if isinstance(case, SettlementCase):
-        largest = "largest displacement of the supports before blocks fall"
-        reaction = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
-        variables["reaction"] = (
-            "step",
-            reaction,
-            {"units": SI_UNITS["force"], "long_name": "reaction of the supports along their motion"},
-        )
-    coords: dict[str, Any] = {
-        "step": ("step", np.arange(n), {"long_name": "state of the curve, from 0"}),
-        "displacement": variables.pop("displacement"),
-        "block": (
-            "block",
-            np.array([b.name for b in model.blocks], dtype=object),
-            {"long_name": "names of the blocks"},
-        ),
-        "axis": ("axis", np.array(AXES, dtype=object), {"long_name": "axes of the model"}),
-        "step_of_contact": (
-            "contact",
-            np.repeat(np.arange(n), arrays["loaded_points"]),
-            {"long_name": "state of each contact point with a force"},
-        ),
-    }
-    d0 = largest_displacement(case, *(arrays[name] for name in ("displacement", "load_factor", "falls")))
-    data = {**variables, "d0": ((), d0, _length(largest))}
-    if "tie_elongation" in variables:
+        values["reaction"] = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
+    along = (arrays[name] for name in ("displacement", "load_factor", "falls"))
+    values["d0"] = largest_displacement(case, *along)
+    if model.ties:
         segments = tie_segments(model.ties, model.blocks)
         limit = np.array([segment.elongation_limit for segment in segments])
-        names = np.array([segment.name for segment in segments], dtype=object)
-        coords["tie"] = ("tie", names, {"long_name": "names of the ties"})
-        coords["tie_elongation_limit"] = ("tie", limit, _length("infinite if none was given"))
-        broke = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
-        data["tie_break_displacement"] = ("tie", broke, _length("displacement at which the tie breaks"))
-    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve"})
-
-
-def _length(long_name: str) -> dict[str, str]:
-    return {"units": SI_UNITS["length"], "long_name": long_name}
+        values["tie"] = np.array([segment.name for segment in segments], dtype=object)
+        values["tie_elongation_limit"] = limit
+        values["tie_break_displacement"] = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
+    curve = xr.Dataset(dressed("capacity", values), attrs={"long_name": "capacity curve"})
+    return curve.set_coords([n for n in ("displacement", "step_of_contact", "tie_elongation_limit") if n in values])
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,15 +227,18 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
 
 def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     """Return the states of a capacity curve."""
-    n = capacity.sizes["step"]
+    n, known = capacity.sizes["step"], state_variables(MotionState)
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
-    for name in (f.name for f in fields(MotionState)):
+    for field in fields(MotionState):
         # A model without ties has no tie variables.
-        values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
-        of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
-        columns[name] = of_steps if name in _DIMS else values.tolist()
-    columns |= {name: [bool(value) for value in columns[name]] for name in _FLAGS}
+        values = capacity[field.name].to_numpy() if field.name in capacity else np.empty((n, 0))
+        if "contact" in known[field.name].dims:
+            columns[field.name] = np.split(values, of_next)
+        elif known[field.name].dims != ("step",):
+            columns[field.name] = values
+        else:
+            columns[field.name] = [bool(v) if field.type is bool else v for v in values.tolist()]
     return [MotionState(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 
@@ -303,3 +247,65 @@ def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:
     vectors = capacity["rotation"].transpose(..., "block", "axis").to_numpy()
     flat = vectors.reshape(-1, 3)
     return Placement.at(np.zeros_like(flat), flat).rotation.reshape(*vectors.shape, 3)
+
+
+def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
+    """Return the response from the values of its states, in SI units.
+
+    Parameters
+    ----------
+    model
+    arrays
+        The arrays of its states.
+    """
+    values: dict[str, Any] = {name: arrays[name] for name in state_variables(RecordState)}
+    values |= coordinates_of(model, "time", arrays["time"], arrays) | {"time_step": arrays["time_step"][0]}
+    response = xr.Dataset(dressed("response", values), attrs={"long_name": "response to a record"})
+    return response.set_coords("state_of_contact")
+
+
+def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
+    """Return the values of the states of a response: the inverse of :func:`response_of`."""
+    n = response.sizes["time"]
+    arrays = {name: response[name].to_numpy() for name in state_variables(RecordState)}
+    arrays["time_step"] = np.full(n, float(response["time_step"]))
+    arrays["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
+    return arrays
+
+
+def beginning_of(response: xr.Dataset) -> tuple[int, RecordState]:
+    """Return the last state from which a response is continued, and its index."""
+    k = int(np.flatnonzero(response["finds_contacts"].to_numpy())[-1])
+    of_state = response["state_of_contact"].to_numpy() == k
+    values: dict[str, Any] = {}
+    for name, variable in state_variables(RecordState).items():
+        array = response[name].to_numpy()
+        at = () if not variable.dims else of_state if "contact" in variable.dims else k
+        values[name] = array[at] if len(variable.dims) > 1 or "contact" in variable.dims else array[at].item()
+    return k, RecordState(**values | {"finds_contacts": True})
+
+
+def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
+    """Return the names of the blocks that have fallen in the last state of a response."""
+    start = np.array([b.centroid for b in model.blocks])
+    displacement, rotation = (response[name].isel(time=-1).to_numpy() for name in ("displacement", "rotation"))
+    fallen = Fall.of(model).at(Placement.at(start + displacement, rotation))
+    return [block.name for block, is_fallen in zip(model.blocks, fallen, strict=True) if is_fallen]
+
+
+def response_words(model: Model, response: xr.Dataset) -> list[str]:
+    """Return the sentences on a response: largest and remaining displacement, fallen blocks, steps."""
+    last = response.isel(time=-1)
+    at_end = np.linalg.norm(last["displacement"].to_numpy(), axis=1)
+    largest, remaining = (
+        (float(size.max()), str(response["block"].to_numpy()[size.argmax()]))
+        for size in (last["peak_displacement"].to_numpy(), at_end)
+    )
+    return response_sentences(
+        largest=largest,
+        remaining=remaining,
+        fallen=fallen_blocks(model, response),
+        end=float(last["time"]),
+        step=float(response["time_step"]),
+        steps=int(last["steps"]),
+    )

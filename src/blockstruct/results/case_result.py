@@ -1,4 +1,4 @@
-"""The result of one limit case."""
+"""The result of one case: its number, its sentences, and all that follows from its history."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,32 +12,218 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
-from blockstruct.model import Case, Model, SelfWeight, SettlementCase, has_curve
+from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
-from blockstruct.results.description import describe, failures
-from blockstruct.results.headline import Headline
-from blockstruct.results.interfaces import active_joints, contact_state, interface_resultants, utilisation
-from blockstruct.results.joint_notes import biaxial_crushing, crushing_in_cells
+from blockstruct.results.capacity import response_words
+from blockstruct.results.interfaces import (
+    active_joints,
+    at_points,
+    biaxial_crushing,
+    contact_state,
+    crushing_in_cells,
+    interface_resultants,
+    support_reactions,
+    torsion_notes,
+    utilisation,
+)
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
-from blockstruct.results.reactions import support_reactions
-from blockstruct.results.response import response_words
-from blockstruct.results.ties import broken_ties, ties_at_collapse
-from blockstruct.results.torsion import torsion_notes
+from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
 from blockstruct.text import (
+    LISTED,
+    LOAD_FACTOR,
+    NO_COLLAPSE_STATE,
+    SMALL,
+    STEPS_OF_PATH,
+    STEPS_OF_PROGRAMS,
     Answer,
     Note,
     NoteCode,
     Severity,
+    body_sentences,
     capitalised,
     caveats,
     curve_end,
     effect_note,
     ended,
+    failure_clause,
+    joints_sentence,
+    more_ties,
+    motion_clause,
+    moving_sentence,
     pushed_masses,
+    range_text,
+    sentence,
     why,
 )
-from blockstruct.vocabulary import Flow, Stage, Status
+from blockstruct.vocabulary import ContactState, Flow, Stage, Status
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """Load factor of a case, with its range and the associative bound.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        How the case ended.
+    flow : Flow
+    associative : float
+        Load factor with associative flow, an upper bound of every other flow rule; infinite if unbounded, NaN if
+        unknown.
+    path_range : tuple of float or None
+        Lowest and highest load factor of the variants of the loading path; None if they were not run.
+    answer : Answer
+        Name and unit of the number. The reaction of a settlement is minus its load factor times a force, so the lowest
+        load factor is the largest reaction.
+    hung : tuple of str
+        Blocks whose dead load depends on self-stress.
+    """
+
+    outcome: Outcome
+    flow: Flow
+    associative: float = np.nan
+    path_range: tuple[float, float] | None = None
+    answer: Answer = field(default=LOAD_FACTOR, repr=False)
+    hung: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> Status:
+        """How the case ended."""
+        return self.outcome.status
+
+    @property
+    def settled(self) -> bool:
+        """Whether the load factor had settled when the procedure ended."""
+        return self.outcome.settled
+
+    @property
+    def load_factor(self) -> float:
+        """Load factor; infinite if unbounded, NaN with any other status."""
+        return self.outcome.load_factor
+
+    @property
+    def lowest(self) -> float:
+        """Load factor, or the lowest of the loading paths if that is lower."""
+        return self.load_factor if self.path_range is None else min(self.load_factor, self.path_range[0])
+
+    @property
+    def number(self) -> str:
+        """Load factor or reaction to four digits, ``infinite`` or ``none``."""
+        return self.answer.text(self.load_factor, 4)
+
+    @property
+    def range(self) -> str:
+        """Text of the range; empty without variants of the loading path."""
+        return range_text(self.path_range, self.answer)
+
+    @property
+    def bound(self) -> str:
+        """Text of the bound of a non-associative case; empty if unknown."""
+        if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
+            return ""
+        bounded = np.isfinite(self.associative)
+        return f"associative bound {self.answer.text(self.associative)}" if bounded else "no associative bound"
+
+    def text(self, digits: int = 4) -> str:
+        """Return the sentence on the case, with a number of significant digits."""
+        return sentence(
+            self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
+        )
+
+    def __str__(self) -> str:
+        return self.text()
+
+
+Array = NDArray[np.float64]
+
+_FAILING = {
+    ContactState.HINGE: "Hinges",
+    ContactState.SLIDING: "Sliding joints",
+    ContactState.TWISTING: "Twisting joints",
+    ContactState.CRUSHING: "Crushing joints",
+}
+
+
+def describe(
+    model: Model, history: xr.Dataset, dead: LoadPattern | None = None, status: Status = Status.CONVERGED
+) -> str:
+    """Return sentences on a mechanism: bodies, axes, joints, ties.
+
+    Parameters
+    ----------
+    model, history
+        The structure, and the history of a case with a mechanism.
+    dead
+        The dead load, whose weights count with the blocks that carry them. Without it, blocks carry no weights.
+    status
+        How the case ended. Without a collapse state the sentences describe the last iteration.
+    """
+    bodies = macro_blocks(model, mechanism(history), dead=dead)
+    moving = [body for body in bodies if body.moves]
+    weight, carried = (sum(getattr(body, name) for body in bodies) for name in ("total", "carried"))
+    free, moved = (sum(len(body.blocks) for body in some) for some in (bodies, moving))
+    parts = [
+        (
+            body.blocks,
+            body.total / weight if weight > 0 else 0.0,
+            motion_clause(body.translation, body.axis, body.centroid, body.speed),
+        )
+        for body in moving
+    ]
+    lines = [NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
+    share = sum(share for _, share, _ in parts)
+    lines.append(moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
+    lines += body_sentences(parts)
+    lines += [joints_sentence(_FAILING[state], joints) for state, joints in main_joints(history).items()]
+    if "tie" in history.sizes:
+        ties = tie_sentences(history)
+        more = len(ties) - LISTED
+        lines += ties[:LISTED] + [more_ties(more)] * (more > 0)
+    on_path = (history["stage"] == Stage.LOADING_PATH.value).any()
+    lines.append(STEPS_OF_PATH if on_path else STEPS_OF_PROGRAMS)
+    return "\n".join(lines)
+
+
+def failures(history: xr.Dataset) -> str:
+    """Return the clause on the joints that dissipate most; empty without any.
+
+    The last iteration counts.
+    """
+    states = active_joints(history).head(3)["state"]
+    return failure_clause(zip(states.index.astype(str), states, strict=True))
+
+
+def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
+    """Return the joints that fail in each way in the last iteration, the most active first.
+
+    Hinges are ranked by normal force times opening velocity, the others by dissipation. Joints below a share of the
+    largest, :data:`blockstruct.text.SMALL`, are left out.
+    """
+    last = history.isel(iteration=-1)
+    state = contact_state(last)
+    index = last["interface_of_contact_point"].to_numpy()
+    force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
+
+    def per_joint(values: Array) -> Array:
+        return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
+
+    friction = per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))
+    measures = {
+        ContactState.HINGE: per_joint(force[:, 0]) * per_joint(np.maximum(v[:, 0], 0.0)),
+        ContactState.SLIDING: friction,
+        ContactState.TWISTING: friction,
+        ContactState.CRUSHING: per_joint(np.maximum(-force[:, 0] * v[:, 0], 0.0)),
+    }
+    joints = {}
+    for part, measure in measures.items():
+        ranked = np.where(state.str.contains(part.value).to_numpy(), measure, 0.0)
+        largest = ranked.max(initial=0.0)
+        if largest > 0:
+            order = np.argsort(-ranked, kind="stable")
+            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > SMALL * largest]
+    return joints
+
 
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]

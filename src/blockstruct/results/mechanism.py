@@ -221,7 +221,7 @@ def macro_blocks(
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    index = {b.name: i for i, b in enumerate(model.blocks)}
+    index = model.block_index
     centroids = np.array([b.centroid for b in model.blocks])
     translation, rotation = (
         mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")

@@ -7,8 +7,7 @@ from typing import Any
 
 from blockstruct.keywords import made_again
 from blockstruct.notebook import html_table
-from blockstruct.results.case_result import CaseResult
-from blockstruct.results.headline import Headline
+from blockstruct.results.case_result import CaseResult, Headline
 from blockstruct.vocabulary import Flow, Procedure, counted
 
 #: Key of the run with the settings of the analysis.

@@ -1,10 +1,15 @@
 """Accelerate a fixed-point iteration by Anderson's method."""
 
+from itertools import count
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+#: Iterations between two accelerations; changes in the memory.
+LOOK, MEMORY = 5, 20
 #: Relative addition to the diagonal of the normal equations; growth of a change above which the memory is discarded.
 REGULARISATION, GROWN = 1e-10, 2.0
 #: Absolute addition that keeps the equations regular if all changes are zero.
@@ -56,3 +61,61 @@ class Anderson:
         matrix = matrix + (REGULARISATION * np.trace(matrix) + TINY) * np.eye(self._known)
         share = np.linalg.solve(matrix, np.einsum("ij,j->i", known, change))
         return np.asarray(after - np.einsum("i,ij->j", share, self._points[: self._known]))
+
+
+class Iteration(Protocol):
+    """Fixed-point iteration of a point (N,)."""
+
+    @property
+    def point(self) -> Array:
+        """The point."""
+
+    def move(self, point: Array) -> None:
+        """Continue from another point."""
+
+    def advance(self) -> None:
+        """Make one iteration."""
+
+    def residual(self) -> float:
+        """Return the error of the last iteration."""
+
+
+def accelerate(
+    iteration: Iteration, weight: Array, *, tolerance: float, patience: int, enough: float = 0.0, brief: int = 0
+) -> tuple[int, float]:
+    """Iterate until the residual is below the tolerance, or no longer falls.
+
+    Every ``LOOK`` iterations the residual is computed, and Anderson's method predicts the next point.
+
+    Parameters
+    ----------
+    iteration
+        The iteration, at its beginning.
+    weight : (N,) array
+        As for :class:`Anderson`.
+    tolerance
+        Residual at which to end.
+    patience
+        Number of iterations in which the residual must halve.
+    enough, brief
+        Residual below which the number of iterations is ``brief`` instead.
+
+    Returns
+    -------
+    int, float
+        Number of iterations and last residual.
+    """
+    memory = Anderson(weight, MEMORY)
+    begun, least, reached = iteration.point, np.inf, 0
+    for k in count(1):
+        iteration.advance()
+        if k % LOOK:
+            continue
+        residual = iteration.residual()
+        if 2 * residual <= least:
+            least, reached = residual, k
+        if not residual > tolerance or k >= reached + (patience if residual > enough else brief):
+            break
+        begun = memory.point(begun, iteration.point)
+        iteration.move(begun)
+    return k, residual

@@ -5,13 +5,12 @@ A step is (16) of docs/theory.md. The iteration alternates between the elastic s
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import count
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.solvers.anderson import Anderson
+from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
 from blockstruct.solvers.interior_point.cones import ConeVector
 from blockstruct.solvers.interior_point.schur import OPTIONS
@@ -23,8 +22,6 @@ LEAST_FORCE = 0.05
 #: Share of the change of normal forces and slip that friction and dilatancy follow in one iteration. Measured: with
 #: 0.05 or 0.2 the forces of 2,430 blocks settle more slowly.
 FOLLOWS = 0.1
-#: Iterations between two checks of the residual, each with one acceleration; changes in the acceleration's memory.
-LOOK, MEMORY = 5, 20
 #: Over-relaxation of forces (Boyd et al., section 3.4.3).
 RELAXED = 1.5
 #: Matrix entries below this share of the diagonal count as rounding. Measured on walls pushed in their plane: rounding
@@ -82,48 +79,7 @@ class Splitting:
     """
 
     def __init__(self, contact: ContactProblem) -> None:
-        own, points = contact.conditions, contact.problem.n_points
-        lines, cones = len(own.offset.line), len(own.offset.soc)
-        self._contact, self._points, self._lines = contact, points, lines
-        # Cones whose first row is a resistance: the cones of contact points, and the second cones of uniform torsion.
-        self._discs = np.concatenate([np.arange(points), np.arange(cones - len(contact.problem.torsion), cones)])
-        self._cones = np.setdiff1d(np.arange(cones), self._discs)
-        first, others = lines + 3 * self._discs, lines + 3 * self._cones
-        # Order of the rows of a state: half-lines, both directions of sliding, and the other cones.
-        self._order = np.concatenate([np.arange(lines), first + 1, first + 2, (others[:, None] + np.arange(3)).ravel()])
-        self._s, self._t = (slice(lines + k * len(first), lines + (k + 1) * len(first)) for k in (0, 1))
-        self._resists, self._dilates = sp.csr_array(own.E[first]), sp.csr_array(own.F[first].T)
-        self._dilates.eliminate_zeros()
-        self._resistance = own.offset.soc[self._discs, 0]
-        self._convex = np.ones(own.E.shape[0])
-        self._convex[first] = 0.0
-        self._E, self._offset = sp.csr_array(own.E[self._order]), own.offset.rows[self._order]
-        self._rows = [
-            np.concatenate(
-                [(lines + 3 * g.cones[:, :, None] + np.arange(3)).reshape(len(g.cones), -1), g.lines], axis=1
-            )
-            for g in own.groups
-        ]
-        # The last two auxiliary variables of the effective rectangle are not forces: one grows with the strength.
-        rectangles, torsion = len(contact.problem.rectangles), len(contact.problem.torsion)
-        self._is_force = np.ones(own.size, dtype=bool)
-        self._is_force[3 * points + 2 * rectangles : contact.ties.start - torsion] = False
-        self._soft = self._softness()
-
-    def _softness(self) -> Array:
-        """Return the compliance of every row in the row's own unit.
-
-        Ties have no compliance and get the median of all joints.
-        """
-        E = sp.diags_array(self._convex) @ self._contact.conditions.E
-        square = E.multiply(E)
-        of_row: Array = np.asarray(square.sum(axis=1)).ravel()
-        soft = square @ self._contact.compliance / np.maximum(of_row, 1e-300)
-        soft, of_row = np.where(soft > 0, soft, 1.0), np.where(of_row > 0, of_row, 1.0)
-        # A projection onto a cone needs the same unit in all its rows.
-        for values in (soft, of_row):
-            values[self._lines :] = np.repeat(values[self._lines :].reshape(-1, 3).max(axis=1), 3)
-        return np.asarray(soft / of_row)
+        self._contact, self._rows = contact, _Rows(contact)
 
     def start(self) -> ContactState:
         """Return a state without forces."""
@@ -136,7 +92,7 @@ class Splitting:
 
         ``ratio`` is the length of the step relative to the last.
         """
-        line, K = ratio * state.z.line, self._points
+        line, K = ratio * state.z.line, self._contact.problem.n_points
         # The opening of contacts accumulates over all steps.
         opening, last = state.z.line[:K], (self._contact.AT @ state.u)[: 3 * K : 3]
         line[:K] = np.where(opening > 0, np.maximum(opening + ratio * last, 0.0), 0.0)
@@ -167,92 +123,91 @@ class Splitting:
         RuntimeError
             If there are blocks that no contact holds.
         """
-        contact, w_D, w_L = self._contact, self._contact.problem.w_D, self._contact.problem.w_L
-        all_weights = penalty * self._weights(guess.x)
-        H, weight = self._inverse(all_weights), all_weights[self._order]
-        AH = sp.csr_array(contact.A @ H)
-        solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
-        push = solve(w_L)
-        stiffness = dot(w_L, push)
-        # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities.
-        asked = sp.csr_array(sp.hstack([self._E.T @ sp.diags_array(weight), self._dilates]))
-        of_asked, of_motion = sp.csr_array(H @ asked), sp.csr_array(-AH.T)
-        at_rest = H @ (contact.compliance * step.reference - step.opening - self._E.T @ (weight * self._offset))
-        loads, pulls = contact.A @ at_rest + w_D, sp.csr_array(AH @ asked)
-        told = sp.csr_array(sp.vstack([self._E, self._resists]))
-        rows_of = sp.csr_array(sp.hstack([told @ of_asked, told @ of_motion]))
-        rows_at_rest = told @ at_rest + np.concatenate([self._offset, self._resistance])
-        y, dual = guess.y.rows[self._order], -guess.z.rows[self._order] / weight
-        resistance, slip = guess.y.soc[self._discs, 0], guess.z.soc[self._discs, 0]
-        parts = np.cumsum([len(y), len(resistance)])
-        begun = np.concatenate([y + dual, resistance, slip])
-        accelerated = Anderson(self._measure(weight), MEMORY)
-        least, reached = np.inf, 0
-        for k in count(1):
-            wishes = np.concatenate([y - dual, slip])
-            b = pulls @ wishes
-            b += loads
-            alpha = 0.0 if step.displacement is None else (step.displacement - dot(push, b)) / stiffness
-            b += alpha * w_L
-            u = solve(b)
-            rows = rows_of @ np.concatenate([wishes, u])
-            rows += rows_at_rest
-            forces, wanted = rows[: len(y)], np.maximum(rows[len(y) :], 0.0)
-            resistance = resistance + FOLLOWS * (wanted - resistance)
-            # Adding and subtracting one turns tiny numbers, for which arithmetic is slow, into zeros.
-            moved, before = dual + y + RELAXED * (forces - y), y
-            moved += 1.0
-            moved -= 1.0
-            y = self._projected(moved, resistance)
-            dual = moved - y
-            if self._dilates.nnz:
-                slip = slip + FOLLOWS * (self._slip(-weight * dual) - slip)
-            if k % LOOK == 0:
-                # No forces are left if the load lifts everything.
-                size, of_friction = (max(norm(v), norm(w_D), 1e-300) for v in (y, resistance))
-                missed, changed = norm(forces - y) / size, norm(y - before) / size
-                lag = norm(wanted - resistance) / of_friction
-                residual = max(missed, changed, lag)
-                if 2 * residual <= least:
-                    least, reached = residual, k
-                if not residual > tolerance or k >= reached + patience:
-                    break
-                begun = accelerated.point(begun, np.concatenate([moved, resistance, slip]))
-                np.maximum(begun[parts[0] :], 0.0, out=begun[parts[0] :])
-                moved, resistance, slip = np.split(begun, parts)
-                y = self._projected(moved, resistance)
-                dual = moved - y
-        z = -weight * dual
-        x = at_rest + of_asked @ wishes + of_motion @ u
-        state = ContactState(x, self._as_cones(y, resistance), self._as_cones(z, self._slip(z)), u, float(alpha))
-        return SplitSolution(state, missed, changed, lag, k)
+        alternation = _Alternation(self._contact, self._rows, step, guess, penalty)
+        iterations, _ = accelerate(alternation, alternation.measure, tolerance=tolerance, patience=patience)
+        return alternation.solution(iterations)
 
-    def _measure(self, weight: Array) -> Array:
-        """Return the weights of a change in its norm, as in work.
 
-        The change consists of forces, resistances and slip. The slip has zero weight.
+class _Rows:
+    """Rows of the conditions in the order of the iteration, and their projection.
+
+    The order is: half-lines, both directions of sliding, and the other cones. The first rows of sliding cones are
+    resistances.
+
+    Attributes
+    ----------
+    order : (R,) array
+        Rows of a state in this order.
+    discs : (D,) array
+        Cones whose first row is a resistance: the cones of contact points, and the second cones of uniform torsion.
+    E, offset : (R, X) sparse array and (R,) array
+        Conditions in this order.
+    resists, resistance : (D, X) sparse array and (D,) array
+        Resistance ``resists x + resistance`` of each disc.
+    dilates : (X, D) sparse array
+        Relative displacements for unit slips.
+    """
+
+    def __init__(self, contact: ContactProblem) -> None:
+        own, points = contact.conditions, contact.problem.n_points
+        lines, cones = len(own.offset.line), len(own.offset.soc)
+        self._contact, self._lines = contact, lines
+        self.discs = np.concatenate([np.arange(points), np.arange(cones - len(contact.problem.torsion), cones)])
+        self._cones = np.setdiff1d(np.arange(cones), self.discs)
+        first, others = lines + 3 * self.discs, lines + 3 * self._cones
+        self.order = np.concatenate([np.arange(lines), first + 1, first + 2, (others[:, None] + np.arange(3)).ravel()])
+        self._s, self._t = (slice(lines + k * len(first), lines + (k + 1) * len(first)) for k in (0, 1))
+        self.resists, self.dilates = sp.csr_array(own.E[first]), sp.csr_array(own.F[first].T)
+        self.dilates.eliminate_zeros()
+        self.resistance = own.offset.soc[self.discs, 0]
+        self._convex = np.ones(own.E.shape[0])
+        self._convex[first] = 0.0
+        self.E, self.offset = sp.csr_array(own.E[self.order]), own.offset.rows[self.order]
+        self._members = [
+            np.concatenate(
+                [(lines + 3 * g.cones[:, :, None] + np.arange(3)).reshape(len(g.cones), -1), g.lines], axis=1
+            )
+            for g in own.groups
+        ]
+        # The last two auxiliary variables of the effective rectangle are not forces: one grows with the strength.
+        rectangles, torsion = len(contact.problem.rectangles), len(contact.problem.torsion)
+        self._is_force = np.ones(own.size, dtype=bool)
+        self._is_force[3 * points + 2 * rectangles : contact.ties.start - torsion] = False
+        self._soft = self._softness()
+
+    def _softness(self) -> Array:
+        """Return the compliance of every row in the row's own unit.
+
+        Ties have no compliance and get the median of all joints.
         """
-        of_slip = np.zeros(len(self._discs))
-        return np.asarray(np.sqrt(np.concatenate([weight, of_slip + np.median(weight), of_slip])))
+        E = sp.diags_array(self._convex) @ self._contact.conditions.E
+        square = E.multiply(E)
+        of_row: Array = np.asarray(square.sum(axis=1)).ravel()
+        soft = square @ self._contact.compliance / np.maximum(of_row, 1e-300)
+        soft, of_row = np.where(soft > 0, soft, 1.0), np.where(of_row > 0, of_row, 1.0)
+        # A projection onto a cone needs the same unit in all its rows.
+        for values in (soft, of_row):
+            values[self._lines :] = np.repeat(values[self._lines :].reshape(-1, 3).max(axis=1), 3)
+        return np.asarray(soft / of_row)
 
-    def _weights(self, x: Array) -> Array:
+    def weights(self, x: Array) -> Array:
         """Return the weight of each row.
 
         The weight is the row's compliance, reduced if forces are large.
         """
         weights = self._soft.copy()
-        mean = np.abs(x[: 3 * self._points : 3]).mean()
+        mean = np.abs(x[: 3 * self._contact.problem.n_points : 3]).mean()
         if mean > 0:
             forces = np.where(self._is_force, np.abs(x), 0.0)
-            for group, rows in zip(self._contact.conditions.groups, self._rows, strict=True):
+            for group, rows in zip(self._contact.conditions.groups, self._members, strict=True):
                 force = forces[group.columns].max(axis=1)
                 weights[rows] *= (mean / np.maximum(force, LEAST_FORCE * mean))[:, None]
         return weights
 
-    def _inverse(self, weight: Array) -> sp.csr_array:
+    def inverse(self, weight: Array) -> sp.csr_array:
         """Return ``(C + Eᵀ P E)⁻¹``, a matrix of small blocks."""
         size, entries = self._contact.conditions.size, []
-        for group, rows in zip(self._contact.conditions.groups, self._rows, strict=True):
+        for group, rows in zip(self._contact.conditions.groups, self._members, strict=True):
             H = np.einsum("gri,gr,grj->gij", group.E, (weight * self._convex)[rows], group.E)
             own = np.arange(H.shape[1])
             H[:, own, own] += self._contact.compliance[group.columns]
@@ -263,11 +218,11 @@ class Splitting:
         inverse.eliminate_zeros()
         return inverse
 
-    def _projected(self, rows: Array, resistance: Array) -> Array:
+    def projected(self, rows: Array, resistance: Array) -> Array:
         """Return the nearest rows that satisfy every condition separately."""
         nearest = rows.copy()
         np.maximum(rows[: self._lines], 0.0, out=nearest[: self._lines])
-        size = np.maximum(self._slip(rows), 1e-300)
+        size = np.maximum(self.slip(rows), 1e-300)
         share = np.minimum(resistance / size, 1.0, out=size)
         nearest[self._s] *= share
         nearest[self._t] *= share
@@ -276,16 +231,104 @@ class Splitting:
             nearest[self._t.stop :] = others.clipped(0.0, np.inf).soc.ravel()
         return nearest
 
-    def _slip(self, rows: Array) -> Array:
+    def slip(self, rows: Array) -> Array:
         s, t = rows[self._s], rows[self._t]
         size: Array = np.sqrt(s * s + t * t)
         return size
 
-    def _as_cones(self, rows: Array, first: Array) -> ConeVector:
-        soc = np.empty((len(self._discs) + len(self._cones), 3))
-        soc[self._discs] = np.column_stack([first, rows[self._s], rows[self._t]])
+    def as_cones(self, rows: Array, first: Array) -> ConeVector:
+        soc = np.empty((len(self.discs) + len(self._cones), 3))
+        soc[self.discs] = np.column_stack([first, rows[self._s], rows[self._t]])
         soc[self._cones] = rows[self._t.stop :].reshape(-1, 3)
         return ConeVector(soc, rows[: self._lines].copy())
+
+
+class _Alternation:
+    """Iteration of a step between the elastic structure and its contacts.
+
+    Its point consists of the moved rows, which are the sum of the rows ``y`` of the contacts and their scaled dual, the
+    smoothed resistances, and the smoothed slip.
+
+    Attributes
+    ----------
+    measure : (N,) array
+        Weights of a change of the point in its norm, as in work. The slip has zero weight.
+    """
+
+    def __init__(self, contact: ContactProblem, rows: _Rows, step: Step, guess: ContactState, penalty: float) -> None:
+        weights = penalty * rows.weights(guess.x)
+        H, weight = rows.inverse(weights), weights[rows.order]
+        AH = sp.csr_array(contact.A @ H)
+        self._solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
+        self._rows, self._step, self._weight = rows, step, weight
+        self._w_D, self._w_L = contact.problem.w_D, contact.problem.w_L
+        self._push = self._solve(self._w_L)
+        self._stiffness = dot(self._w_L, self._push)
+        # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities.
+        targets = sp.csr_array(sp.hstack([rows.E.T @ sp.diags_array(weight), rows.dilates]))
+        self._of_targets, self._of_motion = sp.csr_array(H @ targets), sp.csr_array(-AH.T)
+        self._at_rest = H @ (contact.compliance * step.reference - step.opening - rows.E.T @ (weight * rows.offset))
+        self._loads, self._pulls = contact.A @ self._at_rest + self._w_D, sp.csr_array(AH @ targets)
+        both = sp.csr_array(sp.vstack([rows.E, rows.resists]))
+        self._both = sp.csr_array(sp.hstack([both @ self._of_targets, both @ self._of_motion]))
+        self._both_at_rest = both @ self._at_rest + np.concatenate([rows.offset, rows.resistance])
+        self._y, self._dual = guess.y.rows[rows.order], -guess.z.rows[rows.order] / weight
+        self._moved = self._y + self._dual
+        self._resistance, self._slip = guess.y.soc[rows.discs, 0], guess.z.soc[rows.discs, 0]
+        of_slip = np.zeros(len(rows.discs))
+        self.measure = np.sqrt(np.concatenate([weight, of_slip + np.median(weight), of_slip]))
+
+    @property
+    def point(self) -> Array:
+        return np.concatenate([self._moved, self._resistance, self._slip])
+
+    def move(self, point: Array) -> None:
+        lines, discs = len(self._moved), len(self._moved) + len(self._resistance)
+        np.maximum(point[lines:], 0.0, out=point[lines:])
+        self._moved, self._resistance, self._slip = point[:lines], point[lines:discs], point[discs:]
+        self._project()
+
+    def advance(self) -> None:
+        self._targets = np.concatenate([self._y - self._dual, self._slip])
+        b = self._pulls @ self._targets
+        b += self._loads
+        s = self._step.displacement
+        self._alpha = 0.0 if s is None else (s - dot(self._push, b)) / self._stiffness
+        b += self._alpha * self._w_L
+        self._u = self._solve(b)
+        both = self._both @ np.concatenate([self._targets, self._u])
+        both += self._both_at_rest
+        self._forces, self._wanted = both[: len(self._y)], np.maximum(both[len(self._y) :], 0.0)
+        self._resistance = self._resistance + FOLLOWS * (self._wanted - self._resistance)
+        # Adding and subtracting one turns tiny numbers, for which arithmetic is slow, into zeros.
+        self._moved = self._dual + self._y + RELAXED * (self._forces - self._y)
+        self._moved += 1.0
+        self._moved -= 1.0
+        self._before = self._y
+        self._project()
+        if self._rows.dilates.nnz:
+            slip = self._rows.slip(-self._weight * self._dual)
+            self._slip = self._slip + FOLLOWS * (slip - self._slip)
+
+    def _project(self) -> None:
+        self._y = self._rows.projected(self._moved, self._resistance)
+        self._dual = self._moved - self._y
+
+    def _errors(self) -> tuple[float, float, float]:
+        # No forces are left if the load lifts everything.
+        size, of_friction = (max(norm(v), norm(self._w_D), 1e-300) for v in (self._y, self._resistance))
+        missed, changed = norm(self._forces - self._y) / size, norm(self._y - self._before) / size
+        return missed, changed, norm(self._wanted - self._resistance) / of_friction
+
+    def residual(self) -> float:
+        return max(self._errors())
+
+    def solution(self, iterations: int) -> SplitSolution:
+        """Return the state after the last iteration."""
+        rows, z = self._rows, -self._weight * self._dual
+        x = self._at_rest + self._of_targets @ self._targets + self._of_motion @ self._u
+        y, z_cones = rows.as_cones(self._y, self._resistance), rows.as_cones(z, rows.slip(z))
+        return SplitSolution(ContactState(x, y, z_cones, self._u, float(self._alpha)), *self._errors(), iterations)
 
 
 def factorised(M: sp.coo_array) -> Callable[[Array], Array]:

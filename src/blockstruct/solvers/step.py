@@ -1,16 +1,15 @@
 """One step of rigid blocks with elastic contacts, friction, ties and inertia."""
 
 from dataclasses import dataclass
-from itertools import count
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit import LimitProblem
-from blockstruct.solvers.anderson import Anderson
+from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
-from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, LOOK, MEMORY, RELAXED, dot, factorised, norm
+from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
 
 Array = NDArray[np.float64]
 
@@ -134,87 +133,95 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
 def _split(newton: "_Newton", motion: Array, compliance: float) -> StepSolution | None:
     """Solve a step by splitting, like :class:`~blockstruct.solvers.splitting.Splitting`.
 
-    Each iteration first moves the blocks, with a spring at each contact and tie, and then finds the force of each
-    separately. All iterations share one factorisation. The limits of friction follow the normal forces, smoothed.
     Returns None if the iteration does not converge.
     """
-    step, B, BT = newton.step, newton.B, newton.BT
-    problem, s, K = step.problem, step.displacement, 3 * step.problem.n_points
-    w_D, w_L, friction = problem.w_D, problem.w_L, problem.friction
-    springs = _Springs(newton, BT @ motion, compliance)
-    rho = springs.stiffness
-    solve = factorised(sp.coo_array(B @ sp.diags_array(rho) @ BT + step.inertia))
-    push = solve(w_L)
-    resists = dot(w_L, push)
-    accelerated = Anderson(1 / np.sqrt(np.concatenate([rho, rho[:K:3]])), MEMORY)
-    trial, limit = springs.begin, friction * np.maximum(step.force[:, 0], 0.0)
-    force, begun = springs.forces(trial, limit), np.concatenate([trial, limit])
-    least, reached = np.inf, 0
-    for k in count(1):
-        b = w_D + B @ (2 * force - trial)
-        alpha = step.load_factor if s is None else (s - dot(push, b)) / resists
-        u = solve(b + alpha * w_L)
-        moved = BT @ u
-        missed = force - trial - rho * moved
-        trial = trial + RELAXED * missed
-        limit = limit + FOLLOWS * (friction * springs.normal(trial) - limit)
-        force = springs.forces(trial, limit)
-        if k % LOOK:
-            continue
-        possible = springs.forces(trial, friction * springs.normal(trial))
-        unbalanced = B @ possible + w_D + alpha * w_L - step.inertia @ u
-        error = norm(missed / rho) / max(norm(moved), 1e-300)
-        residual = max(float(np.abs(unbalanced).max()) / UNBALANCED, error / INCOMPATIBLE)
-        if 2 * residual <= least:
-            least, reached = residual, k
-        if not residual > EXACT or k >= reached + (PATIENCE if residual > 1 else BRIEF):
-            break
-        begun = accelerated.point(begun, np.concatenate([trial, limit]))
-        trial, limit = begun[: len(trial)], np.maximum(begun[len(trial) :], 0.0)
-        force = springs.forces(trial, limit)
-    if not residual <= 1:
-        return None
-    return StepSolution(possible[:K].reshape(-1, 3), possible[K:], u, float(alpha), k)
+    springs = _Springs(newton, motion, compliance)
+    iterations, residual = accelerate(
+        springs, springs.measure, tolerance=EXACT, patience=PATIENCE, enough=1, brief=BRIEF
+    )
+    return springs.solution(iterations) if residual <= 1 else None
 
 
 class _Springs:
-    """Contacts and ties of a step, each with a spring of its own stiffness.
+    """Iteration of a step between blocks with a spring at each contact and tie, and their forces.
 
-    A trial force is the force of a spring before the contact or the tie gives way.
+    Each iteration first moves the blocks, and then finds the force of each contact and tie separately. The trial force
+    of a spring is its force before the contact or the tie gives way. All iterations share one factorisation. The limits
+    of friction follow the normal forces, smoothed. The point consists of trial forces and limits.
 
     Attributes
     ----------
-    stiffness : (3 K + M,) array
-    begin : (3 K + M,) array
-        Trial forces at the beginning, for the forces and the motion before the step.
+    measure : (4 K + M,) array
+        Weights of a change of the point in its norm.
     """
 
-    def __init__(self, newton: "_Newton", moved: Array, compliance: float) -> None:
-        step, elastic = newton.step, newton.stiffness
-        ties, K = step.problem.ties, 3 * step.problem.n_points
+    def __init__(self, newton: "_Newton", motion: Array, compliance: float) -> None:
+        step, elastic, moved = newton.step, newton.stiffness, newton.BT @ motion
+        problem, K = step.problem, 3 * step.problem.n_points
+        self._step, self._B, self._BT, self._points = step, newton.B, newton.BT, K
+        self._friction, self._w_D, self._w_L = problem.friction, problem.w_D, problem.w_L
         normal = np.maximum(step.force[:, 0], 0.0)
         mean = float(normal.mean()) or 1.0
-        force = np.concatenate([np.repeat(np.maximum(normal, LEAST_FORCE * mean), 3), np.full(len(ties), mean)])
+        force = np.concatenate([np.repeat(np.maximum(normal, LEAST_FORCE * mean), 3), np.full(len(problem.ties), mean)])
         slip = np.sqrt((moved**2).mean()) + mean * (1 / elastic).mean()
-        self.stiffness = force / (compliance * slip)
-        self.begin = np.concatenate([step.force.ravel(), np.zeros(len(ties))]) - self.stiffness * moved
-        share = self.stiffness / (self.stiffness + elastic)
+        self._stiffness = rho = force / (compliance * slip)
+        share = rho / (rho + elastic)
         self._fixed, self._share = share * newton.unmoved, 1 - share
-        self._points, self._capacity = K, ties.capacity
+        self._solve = factorised(sp.coo_array(self._B @ sp.diags_array(rho) @ self._BT + step.inertia))
+        self._push = self._solve(self._w_L)
+        self._resists = dot(self._w_L, self._push)
+        self.measure = 1 / np.sqrt(np.concatenate([rho, rho[:K:3]]))
+        trial = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))]) - rho * moved
+        self.move(np.concatenate([trial, self._friction * normal]))
 
-    def normal(self, trial: Array) -> Array:
-        """Return normal forces (K,) for trial forces."""
+    @property
+    def point(self) -> Array:
+        return np.concatenate([self._trial, self._limit])
+
+    def move(self, point: Array) -> None:
+        size = len(self._stiffness)
+        self._trial, self._limit = point[:size], np.maximum(point[size:], 0.0)
+        self._force = self._within(self._limit)
+
+    def advance(self) -> None:
+        s = self._step.displacement
+        b = self._w_D + self._B @ (2 * self._force - self._trial)
+        self._alpha = self._step.load_factor if s is None else (s - dot(self._push, b)) / self._resists
+        self._u = self._solve(b + self._alpha * self._w_L)
+        self._moved = self._BT @ self._u
+        self._missed = self._force - self._trial - self._stiffness * self._moved
+        self._trial = self._trial + RELAXED * self._missed
+        self._limit = self._limit + FOLLOWS * (self._friction * self._normal() - self._limit)
+        self._force = self._within(self._limit)
+
+    def residual(self) -> float:
+        w = self._w_D + self._alpha * self._w_L - self._step.inertia @ self._u
+        unbalanced = float(np.abs(self._B @ self._within_friction() + w).max())
+        incompatible = norm(self._missed / self._stiffness) / max(norm(self._moved), 1e-300)
+        return max(unbalanced / UNBALANCED, incompatible / INCOMPATIBLE)
+
+    def solution(self, iterations: int) -> StepSolution:
+        """Return the solution after the last iteration."""
+        force, K = self._within_friction(), self._points
+        return StepSolution(force[:K].reshape(-1, 3), force[K:], self._u, float(self._alpha), iterations)
+
+    def _normal(self) -> Array:
+        """Return normal forces (K,) for the trial forces."""
         own = slice(0, self._points, 3)
-        return np.asarray(np.maximum(self._fixed[own] + self._share[own] * trial[own], 0.0))
+        return np.asarray(np.maximum(self._fixed[own] + self._share[own] * self._trial[own], 0.0))
 
-    def forces(self, trial: Array, limit: Array) -> Array:
-        """Return forces for trial forces and limits (K,) of friction."""
-        force: Array = self._fixed + self._share * trial
+    def _within_friction(self) -> Array:
+        """Return forces within the friction of their own normal forces."""
+        return self._within(self._friction * self._normal())
+
+    def _within(self, limit: Array) -> Array:
+        """Return forces for the trial forces and limits (K,) of friction."""
+        force: Array = self._fixed + self._share * self._trial
         x = force[: self._points].reshape(-1, 3)
         np.maximum(x[:, 0], 0.0, out=x[:, 0])
         size = np.maximum(np.hypot(x[:, 1], x[:, 2]), 1e-300)
         x[:, 1:] *= np.minimum(limit / size, 1.0)[:, None]
-        np.clip(force[self._points :], 0.0, self._capacity, out=force[self._points :])
+        np.clip(force[self._points :], 0.0, self._step.problem.ties.capacity, out=force[self._points :])
         return force
 
 

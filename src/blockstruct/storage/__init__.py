@@ -19,16 +19,5 @@ from blockstruct.storage.run_folder import (
     tidy,
 )
 
-__all__ = [
-    "Archive",
-    "Checkpoint",
-    "check_file",
-    "claim",
-    "is_unfinished",
-    "open_analysis",
-    "patterns",
-    "planned_analysis",
-    "save_analysis",
-    "save_image",
-    "tidy",
-]
+__all__ = ["Archive", "Checkpoint", "check_file", "claim", "is_unfinished", "open_analysis", "patterns"]
+__all__ += ["planned_analysis", "save_analysis", "save_image", "tidy"]

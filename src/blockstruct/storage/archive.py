@@ -38,25 +38,10 @@ REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment
 _OF_RECORDS = ("peak_displacement", "collapse_time")
 _NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES, *_OF_RECORDS)
 _TEXTS = ("status", "flow", "dead", "variable", "reason", "procedure", "started_at")
+_JOINTS = {f"joint_{name}": p.dimension for name, p in JOINT_PROPERTIES.items()}
 _FIRST = (
-    "path",
-    "case",
-    "model",
-    "model_hash",
-    "load_factor",
-    *REACTIONS.values(),
-    "d0",
-    "curve_end",
-    *_NUMBERS[1:],
-    "curve_ended",
-    "settled",
-    *_TEXTS,
-    "created_at",
-    "version",
-    "tags",
-    "study",
-    "problem",
-    *(f"joint_{name}" for name in JOINT_PROPERTIES),
+    *("path", "case", "model", "model_hash", "load_factor", *REACTIONS.values(), "d0", "curve_end", *_NUMBERS[1:]),
+    *("curve_ended", "settled", *_TEXTS, "created_at", "version", "tags", "study", "problem", *_JOINTS),
 )
 #: Columns of the short table, before and after the parameters.
 _SHORT = (
@@ -65,15 +50,11 @@ _SHORT = (
 )
 #: Units of the columns that have one.
 _UNITS = {
-    "load_factor": "dimensionless",
-    "associative_load_factor": "dimensionless",
-    "duration": "second",
-    "d0": "meter",
-    "curve_end": "meter",
-    "peak_displacement": "meter",
-    "collapse_time": "second",
+    **dict.fromkeys(("load_factor", "associative_load_factor"), "dimensionless"),
+    **dict.fromkeys(("d0", "curve_end", "peak_displacement"), "meter"),
+    **dict.fromkeys(("duration", "collapse_time"), "second"),
     **{name: unit for unit, name in REACTIONS.items()},
-    **{f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()},
+    **{name: SI_UNITS[dimension] for name, dimension in _JOINTS.items()},
 }
 #: Most values that a row reads from one variable.
 _MOST = 1_000_000
@@ -270,9 +251,8 @@ class Archive:
         ends = [joined[f"d0{suffix}"].fillna(joined[f"curve_end{suffix}"]) for suffix in ("", "_other")]
         joined["end_difference"] = relative_difference(*ends)
         joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")
-        joined["agree"] &= joined["end_difference"].abs().le(SAME_END) & joined["d0"].isna().eq(
-            joined["d0_other"].isna()
-        )
+        joined["agree"] &= joined["end_difference"].abs().le(SAME_END)
+        joined["agree"] &= joined["d0"].isna().eq(joined["d0_other"].isna())
         for column in ("status", "model_hash"):
             joined["agree"] &= joined[column].eq(joined[f"{column}_other"])
         return joined

@@ -12,7 +12,7 @@ import re
 import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache, partial
+from functools import partial
 from io import SEEK_END, RawIOBase, UnsupportedOperation
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -27,7 +27,7 @@ from blockstruct.errors import BlockstructError, FormatError, FormatWarning, Mod
 from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model, checked_text
 from blockstruct.results import Analysis, CaseResult, LazyHistory, checked_tags, restored_value, stored_value
-from blockstruct.schema import listed_violations, schema_text, violations
+from blockstruct.schema import listed_violations, schema, violations
 from blockstruct.storage.layout import (
     Finding,
     bound_findings,
@@ -286,6 +286,7 @@ class AnalysisFile:
                 UnverifiedWarning,
                 stacklevel=3,
             )
+        self._kept: h5py.File | None = None
         self.stamp, self.seal = self._snapshot.stamp, self._snapshot.seal.decode("ascii", "replace")
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
@@ -297,7 +298,7 @@ class AnalysisFile:
     def opened(self) -> Iterator[h5py.File]:
         """Open the HDF5 file; any error of the libraries on damaged bytes becomes a FormatError."""
         try:
-            with self._snapshot.file() as file:
+            with contextlib.nullcontext(self._kept) if self._kept else self._snapshot.file() as file:
                 yield file
             self._snapshot.check_unchanged()
         except StorageError:
@@ -308,6 +309,15 @@ class AnalysisFile:
         except Exception as error:
             msg = f"{self.path}: not a readable HDF5 file ({error}); it is damaged or of another kind"
             raise FormatError(msg) from error
+
+    @contextlib.contextmanager
+    def kept_open(self) -> Iterator[None]:
+        """Keep the HDF5 file open while several groups are read."""
+        with self._snapshot.file() as self._kept:
+            try:
+                yield
+            finally:
+                self._kept = None
 
     def root_findings(self) -> list[Finding]:
         """Return the violations of the root and of the list of cases."""
@@ -504,8 +514,9 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
         If the file was written before files were valid netCDF-4.
     """
     file = AnalysisFile(path, verify=verify)
-    analysis = read_analysis(file)
-    if file.repeats_dimensions():
+    with file.kept_open():
+        analysis, repeats_dimensions = read_analysis(file), file.repeats_dimensions()
+    if repeats_dimensions:
         remedy = "bs.save_analysis(bs.open_analysis(path), path), or 'blockstruct migrate FILE'"
         msg = f"{path}: netCDF's own library reads this file short; write it anew: {remedy}"
         warnings.warn(msg, FormatWarning, stacklevel=2)
@@ -670,10 +681,10 @@ class ModelImage(NamedTuple):
         if found:
             raise violated(path, found)
         global _last_model
-        _described(model, "model")
         image = None if _last_model is None else with_numbers(_last_model.image, "/model", _last_model.model, model)
         if image is None:
-            image = netcdf_image({"/": xr.Dataset({"schema": ((), _short_schema())}), "/model": model})
+            text = json.dumps(schema(SCHEMA), separators=(",", ":"))
+            image = netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model})
         _last_model = cls(image, model)
         return _last_model
 
@@ -710,7 +721,7 @@ def sealed_image(
     tree = {"/": xr.Dataset(attrs=attrs)}
     for of_case, result in analysis.items():
         place, case = f"/cases/{group_name(of_case)}", case_dataset(result, analysis.versions)
-        tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
+        tree |= {place: case, f"{place}/history": xr.Dataset()}
         parts = {name: ds for name in PARTS if (ds := getattr(result, name)) is not None}
         violations += _violations(place, case, "case", ("history", *parts))
         for name, ds in parts.items():
@@ -747,27 +758,8 @@ def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
     return list(by_name.values())
 
 
-@cache
-def _descriptions(part: str) -> dict[str, str]:
-    variables = json.loads(schema_text(SCHEMA))["$defs"][part]["properties"]["variables"]["properties"]
-    return {name: variable["description"] for name, variable in variables.items()}
-
-
-def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
-    """Give the variables of a Dataset the descriptions of the schema as ``long_name``, and return it."""
-    for name, description in _descriptions(part).items():
-        if name in ds.variables:
-            ds.variables[name].attrs.setdefault("long_name", description)
-    return ds
-
-
 def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:
     return [(_placed(place, where), what) for where, what in violations(outline_of(ds, groups), SCHEMA, part)]
-
-
-@cache
-def _short_schema() -> str:
-    return json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
 
 
 def _root_attributes(analysis: Analysis) -> dict[str, str]:

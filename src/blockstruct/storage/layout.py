@@ -41,6 +41,7 @@ from blockstruct.model import (
 )
 from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
+from blockstruct.schema import dressed
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import (
     AXES,
@@ -57,31 +58,27 @@ from blockstruct.vocabulary import (
     Torsion,
 )
 
-#: Every vector of a load, and every number, with its dimension.
-_VECTORS = {name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.vectors.items()}
-_NUMBERS = {name: "dimensionless" for kind in LOAD_KINDS.values() for name in kind.plain} | {
-    name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.quantities.items()
-}
+#: Coordinates of a model.
+_NAMES = ("axis", "material", "joint_material", "block", "interface", "load_pattern")
+#: Every vector of a load, and every number.
+_VECTORS = dict.fromkeys(name for kind in LOAD_KINDS.values() for name in kind.vectors)
+_NUMBERS = dict.fromkeys(
+    name for part in ("plain", "quantities") for k in LOAD_KINDS.values() for name in getattr(k, part)
+)
 #: Variables of loads that every file has, whatever its loads.
 _ALWAYS = ("direction", "point", "force", "traction", "moment", "share")
-#: Field of the tolerances of a detection, its variable and its dimension.
-_TOLERANCES = {
-    "gap": ("gap_tolerance", "length"),
-    "angle": ("angle_tolerance", "angle"),
-    "area": ("area_tolerance", "area"),
-    "close": ("close_distance", "length"),
-}
-_MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
+#: Variables of a model that are 0 or 1.
+_MODEL_FLAGS = ("fixed", "floating", "untouched", "near_miss_of_contact")
+#: Field of the tolerances of a detection, and its variable.
+_TOLERANCES = {"gap": "gap_tolerance", "angle": "angle_tolerance", "area": "area_tolerance", "close": "close_distance"}
+_MEASURES = ("gap", "angle", "area")
 #: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
-#: Numbers of an outcome that are stored if finite, with their dimension.
-_FACTS = {
-    **dict.fromkeys(
-        ("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing", "other_procedure"),
-        "dimensionless",
-    ),
-    "collapse_time": "time",
-}
+#: Numbers of an outcome that are stored if finite.
+_FACTS = (
+    *("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing", "other_procedure"),
+    "collapse_time",
+)
 #: Texts of a result that are stored if not empty.
 _TEXTS = ("schedule", "of_case", "damage")
 #: Attribute of a case by its kind, and the members of the attribute.
@@ -97,43 +94,22 @@ _ROUNDING = 1e-12
 #: A place in a file and the fault there.
 Finding = tuple[str, str]
 
-#: Index variables and the dimension each must stay within; −1 means none where it is allowed.
-_INDICES = {
-    "material_of_block": ("material", 0),
-    "block_of_vertex": ("block", 0),
-    "block_of_face": ("block", 0),
-    "face_of_face_corner": ("face", 0),
-    "vertex_of_face_corner": ("vertex", 0),
-    "minus_block": ("block", 0),
-    "plus_block": ("block", 0),
-    "joint_material_of_interface": ("joint_material", 0),
-    "interface_of_contact_point": ("interface", 0),
-    "interface_of_interface_corner": ("interface", 0),
-    "pattern_of_load": ("load_pattern", 0),
-    "block_of_load": ("block", -1),
-    "block_of_tie": ("block", -1),
-    "tie_of_model": ("tie", 0),
-    "step_of_contact": ("step", 0),
-    "state_of_contact": ("time", 0),
-    "minus_of_contact": ("block", 0),
-    "plus_of_contact": ("block", 0),
-    "interface_of_contact": ("interface", -1),
-    "first_of_overlap": ("block", 0),
-    "second_of_overlap": ("block", 0),
-    "first_of_close_pair": ("block", 0),
-    "second_of_close_pair": ("block", 0),
-    "block_of_nonplanar_face": ("block", 0),
-}
+#: Index variables whose values are in ascending order.
 _ASCENDING = (
-    "block_of_vertex",
-    "block_of_face",
-    "face_of_face_corner",
-    "interface_of_contact_point",
-    "interface_of_interface_corner",
-    "tie_of_model",
-    "step_of_contact",
-    "state_of_contact",
+    *("block_of_vertex", "block_of_face", "face_of_face_corner", "interface_of_contact_point"),
+    *("interface_of_interface_corner", "tie_of_model", "step_of_contact", "state_of_contact"),
 )
+#: Index variables with the dimension each must stay within: of most it is the first word.
+_INDICES = {
+    **{name: name.partition("_of_")[0] for name in _ASCENDING},
+    **dict.fromkeys(("block_of_load", "block_of_tie", "block_of_nonplanar_face"), "block"),
+    **dict.fromkeys((f"{side}_{of}" for side in ("minus", "plus") for of in ("block", "of_contact")), "block"),
+    **dict.fromkeys((f"{nth}_of_{of}" for nth in ("first", "second") for of in ("overlap", "close_pair")), "block"),
+    **{"material_of_block": "material", "joint_material_of_interface": "joint_material", "state_of_contact": "time"},
+    **{"vertex_of_face_corner": "vertex", "pattern_of_load": "load_pattern", "interface_of_contact": "interface"},
+}
+#: Indices of which −1 means none.
+_OR_NONE = ("block_of_load", "block_of_tie", "interface_of_contact")
 #: Labels of dimensions, and their values.
 _LABELS = {"axis": AXES, "component": COMPONENTS}
 #: Variables of a curve that are 0 or 1, and those that count.
@@ -168,11 +144,6 @@ def _texts(values: Any) -> np.ndarray:
     return np.array(list(values), dtype=object)
 
 
-def _si(dims: Any, values: Any, dimension: str = "dimensionless") -> tuple[Any, Any, dict[str, str]]:
-    """Return a variable of numbers with its coherent SI unit."""
-    return dims, values, {"units": SI_UNITS[dimension]}
-
-
 def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     """Return a model and its load patterns as a Dataset, ragged data flat."""
     materials, joints = list(model.materials.values()), list(model.joint_materials.values())
@@ -183,57 +154,53 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     faces = [(i, face) for i, b in enumerate(blocks) for face in b.shape.faces]
     loads = [(p, load) for p, pattern in enumerate(patterns) for load in pattern.loads]
     of_material, of_joint = ([m.name for m in some].index for some in (materials, joints))
-    corners = [len(i.polygon) for i in interfaces]
-    variables: dict[str, Any] = {
-        "unit_weight": _si("material", [m.unit_weight for m in materials], "force/volume"),
-        "material_of_block": ("block", _integers(of_material(b.material.name) for b in blocks)),
-        "fixed": _si("block", np.array([b.fixed for b in blocks], dtype=np.int8)),
-        "volume": _si("block", [b.volume for b in blocks], "volume"),
-        "centroid": _si(("block", "axis"), [b.centroid for b in blocks], "length"),
-        "vertex_position": _si(("vertex", "axis"), np.concatenate([b.shape.vertices for b in blocks]), "length"),
-        "block_of_vertex": ("vertex", np.repeat(np.arange(len(blocks)), n_vertices)),
-        "block_of_face": ("face", _integers(i for i, _ in faces)),
-        "face_of_face_corner": ("face_corner", np.repeat(np.arange(len(faces)), [len(f) for _, f in faces])),
-        "vertex_of_face_corner": ("face_corner", np.concatenate([first_vertex[i] + _integers(f) for i, f in faces])),
-        "minus_block": ("interface", _integers(index[i.minus] for i in interfaces)),
-        "plus_block": ("interface", _integers(index[i.plus] for i in interfaces)),
-        "joint_material_of_interface": ("interface", _integers(of_joint(i.joint_material.name) for i in interfaces)),
-        "area": _si("interface", [i.area for i in interfaces], "area"),
-        "interface_corner_position": _si(
-            ("interface_corner", "axis"), np.concatenate([i.polygon for i in interfaces]), "length"
-        ),
-        "interface_of_interface_corner": ("interface_corner", np.repeat(np.arange(len(interfaces)), corners)),
-        "pattern_of_load": ("load", _integers(p for p, _ in loads)),
-        "kind_of_load": ("load", _texts(kind_of(load) for _, load in loads)),
-        "block_of_load": ("load", _integers(index.get(getattr(load, "block", None) or "", -1) for _, load in loads)),
-        "face_of_load": ("load", _integers(getattr(load, "face", -1) for _, load in loads)),
-    }
-    if any(b.is_roller for b in blocks):
-        variables["held_motions"] = ("block", _texts(" ".join(b.held) for b in blocks))
-    for name, joint_property in JOINT_PROPERTIES.items():
-        variables[name] = _si("joint_material", [getattr(j, name) for j in joints], joint_property.dimension)
-    variables["torsion"] = ("joint_material", _texts(str(j.torsion) for j in joints))
-    for name, dimension in (_VECTORS | _NUMBERS).items():
-        values = [getattr(load, name, None) for _, load in loads]
-        if name not in _ALWAYS and all(value is None for value in values):
-            continue
-        dims, shape = (("load", "axis"), (3,)) if name in _VECTORS else (("load",), ())
-        numbers = np.array([np.full(shape, np.nan) if value is None else value for value in values], dtype=float)
-        variables[f"{name}_of_load"] = _si(dims, numbers.reshape(len(loads), *shape), dimension)
-    for dim, some in (("material", materials), ("joint_material", joints)):
-        if any(each.source for each in some):
-            variables[f"source_of_{dim}"] = (dim, _texts(each.source for each in some))
-    if model.detection is not None:
-        variables |= _detection_variables(model.detection, index, {i.name: k for k, i in enumerate(interfaces)})
-    variables |= _tie_variables(model, index)
-    coords = {
+    values: dict[str, Any] = {
         "axis": _texts(AXES),
         "material": _texts(m.name for m in materials),
         "joint_material": _texts(j.name for j in joints),
         "block": _texts(index),
         "interface": _texts(i.name for i in interfaces),
         "load_pattern": _texts(p.name for p in patterns),
+        "unit_weight": [m.unit_weight for m in materials],
+        "material_of_block": _integers(of_material(b.material.name) for b in blocks),
+        "fixed": np.array([b.fixed for b in blocks], dtype=np.int8),
+        "volume": [b.volume for b in blocks],
+        "centroid": [b.centroid for b in blocks],
+        "vertex_position": np.concatenate([b.shape.vertices for b in blocks]),
+        "block_of_vertex": np.repeat(np.arange(len(blocks)), n_vertices),
+        "block_of_face": _integers(i for i, _ in faces),
+        "face_of_face_corner": np.repeat(np.arange(len(faces)), [len(f) for _, f in faces]),
+        "vertex_of_face_corner": np.concatenate([first_vertex[i] + _integers(f) for i, f in faces]),
+        "minus_block": _integers(index[i.minus] for i in interfaces),
+        "plus_block": _integers(index[i.plus] for i in interfaces),
+        "joint_material_of_interface": _integers(of_joint(i.joint_material.name) for i in interfaces),
+        "area": [i.area for i in interfaces],
+        "interface_corner_position": np.concatenate([i.polygon for i in interfaces]),
+        "interface_of_interface_corner": np.repeat(np.arange(len(interfaces)), [len(i.polygon) for i in interfaces]),
+        "pattern_of_load": _integers(p for p, _ in loads),
+        "kind_of_load": _texts(kind_of(load) for _, load in loads),
+        "block_of_load": _integers(index.get(getattr(load, "block", None) or "", -1) for _, load in loads),
+        "face_of_load": _integers(getattr(load, "face", -1) for _, load in loads),
     }
+    if any(b.is_roller for b in blocks):
+        values["held_motions"] = _texts(" ".join(b.held) for b in blocks)
+    values |= {name: [getattr(j, name) for j in joints] for name in JOINT_PROPERTIES}
+    values["torsion"] = _texts(str(j.torsion) for j in joints)
+    for name in (*_VECTORS, *_NUMBERS):
+        given = [getattr(load, name, None) for _, load in loads]
+        if name in _ALWAYS or any(value is not None for value in given):
+            shape = (3,) if name in _VECTORS else ()
+            numbers = np.array([np.full(shape, np.nan) if value is None else value for value in given], dtype=float)
+            values[f"{name}_of_load"] = numbers.reshape(len(loads), *shape)
+    for dim, some in (("material", materials), ("joint_material", joints)):
+        if any(each.source for each in some):
+            values[f"source_of_{dim}"] = _texts(each.source for each in some)
+    if model.detection is not None:
+        values |= _detection_values(model.detection, index, {i.name: k for k, i in enumerate(interfaces)})
+    variables = dressed("model", values | _tie_values(model, index))
+    for name in variables.keys() & set(_MODEL_FLAGS):  # The schema leaves them open: older files lack these units.
+        variables[name][2]["units"] = "dimensionless"
+    coords = {name: variables.pop(name) for name in [name for name in variables if name in _NAMES]}
     return xr.Dataset(variables, coords=xr.Coordinates(coords, indexes={}), attrs={"name": model.name})
 
 
@@ -320,37 +287,33 @@ def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:
     return np.split(values, np.searchsorted(owner, np.arange(1, n)))
 
 
-def _detection_variables(
+def _detection_values(
     report: DetectionReport, block: Mapping[str, int], interface: Mapping[str, int]
 ) -> dict[str, Any]:
-    """Return the variables of a detection report, for blocks and interfaces by their index."""
+    """Return the values of a detection report, for blocks and interfaces by their index."""
     contacts, faces = report.contacts, report.nonplanar_faces
-    variables: dict[str, Any] = {
-        name: _si((), getattr(report.tolerances, field), dimension) for field, (name, dimension) in _TOLERANCES.items()
+    values: dict[str, Any] = {name: getattr(report.tolerances, field) for field, name in _TOLERANCES.items()}
+    values |= {
+        "minus_of_contact": _integers(block[c.minus] for c in contacts),
+        "plus_of_contact": _integers(block[c.plus] for c in contacts),
+        "interface_of_contact": _integers(interface[c.interface] if c.interface else -1 for c in contacts),
+        "reason_of_contact": _texts(c.reason for c in contacts),
+        "orientation_of_contact": _texts(c.orientation.value for c in contacts),
+        "near_miss_of_contact": _integers(c.near_miss for c in contacts),
     }
-    variables |= {
-        "minus_of_contact": ("contact", _integers(block[c.minus] for c in contacts)),
-        "plus_of_contact": ("contact", _integers(block[c.plus] for c in contacts)),
-        "interface_of_contact": ("contact", _integers(interface[c.interface] if c.interface else -1 for c in contacts)),
-        "reason_of_contact": ("contact", _texts(c.reason for c in contacts)),
-        "orientation_of_contact": ("contact", _texts(c.orientation.value for c in contacts)),
-        "near_miss_of_contact": _si("contact", _integers(c.near_miss for c in contacts)),
-    }
-    for name, dimension in _MEASURES.items():
-        variables[f"{name}_of_contact"] = _si("contact", _floats(getattr(c, name) for c in contacts), dimension)
+    values |= {f"{name}_of_contact": _floats(getattr(c, name) for c in contacts) for name in _MEASURES}
     for field, dim, measure in _PAIRS:
         pairs = getattr(report, field)
-        variables[f"first_of_{dim}"] = (dim, _integers(block[first] for first, _, _ in pairs))
-        variables[f"second_of_{dim}"] = (dim, _integers(block[second] for _, second, _ in pairs))
-        variables[f"{measure}_of_{dim}"] = _si(dim, _floats(value for _, _, value in pairs), "length")
-    variables |= {
-        "block_of_nonplanar_face": ("nonplanar_face", _integers(block[name] for name, _, _ in faces)),
-        "face_of_nonplanar_face": ("nonplanar_face", _integers(face for _, face, _ in faces)),
-        "deviation_of_nonplanar_face": _si("nonplanar_face", _floats(off for _, _, off in faces), "length"),
+        values[f"first_of_{dim}"] = _integers(block[first] for first, _, _ in pairs)
+        values[f"second_of_{dim}"] = _integers(block[second] for _, second, _ in pairs)
+        values[f"{measure}_of_{dim}"] = _floats(value for _, _, value in pairs)
+    values |= {
+        "block_of_nonplanar_face": _integers(block[name] for name, _, _ in faces),
+        "face_of_nonplanar_face": _integers(face for _, face, _ in faces),
+        "deviation_of_nonplanar_face": _floats(off for _, _, off in faces),
     }
-    for name in ("floating", "untouched"):
-        variables[name] = _si("block", np.isin([*block], getattr(report, name)).astype(np.int8))
-    return variables
+    names = ("floating", "untouched")
+    return values | {name: np.isin([*block], getattr(report, name)).astype(np.int8) for name in names}
 
 
 def _floats(values: Any) -> np.ndarray:
@@ -378,7 +341,7 @@ def _detection(stored: Mapping[str, Any], names: Mapping[str, Sequence[str]]) ->
     columns = ("minus", "plus", "interface", "reason", *_MEASURES, "orientation", "near_miss")
     faces = values(*(f"{name}_of_nonplanar_face" for name in ("block", "face", "deviation")))
     return DetectionReport(
-        DetectionTolerances(**{field: float(stored[name]) for field, (name, _) in _TOLERANCES.items()}),
+        DetectionTolerances(**{field: float(stored[name]) for field, name in _TOLERANCES.items()}),
         tuple(
             FoundContact(block[i], block[j], interface[k], reason, gap, angle, area, JointOrientation(lie), bool(near))
             for i, j, k, reason, gap, angle, area, lie, near in values(*(f"{name}_of_contact" for name in columns))
@@ -390,26 +353,21 @@ def _detection(stored: Mapping[str, Any], names: Mapping[str, Sequence[str]]) ->
     )
 
 
-def _tie_variables(model: Model, index: Mapping[str, int]) -> dict[str, Any]:
-    """Return the variables of the ties of a model; none without ties."""
+def _tie_values(model: Model, index: Mapping[str, int]) -> dict[str, Any]:
+    """Return the values of the ties of a model; none without ties."""
     ties = model.ties
     if not ties:
         return {}
     ends: list[Any] = [
         (t.start, t.end) if TIE_KINDS[tie_kind_of(t)].anchored else (("", t.start), ("", t.end)) for t in ties
     ]
-    blocks = [[index.get(block, -1) for block, _ in both] for both in ends]
-    points = np.array([[point for _, point in both] for both in ends], dtype=float)
-    values = [given_quantities(tie) for tie in ties]
+    given = [given_quantities(tie) for tie in ties]
     return {
-        "tie": ("tie", _texts(tie.name for tie in ties)),
-        "kind_of_tie": ("tie", _texts(tie_kind_of(tie) for tie in ties)),
-        "block_of_tie": (("tie", "tie_end"), np.array(blocks, dtype=np.int64)),
-        "end_of_tie": _si(("tie", "tie_end", "axis"), points, "length"),
-        **{
-            f"{name}_of_tie": _si("tie", [own.get(name, np.nan) for own in values], dimension)
-            for name, dimension in TIE_QUANTITIES.items()
-        },
+        "tie": _texts(tie.name for tie in ties),
+        "kind_of_tie": _texts(tie_kind_of(tie) for tie in ties),
+        "block_of_tie": np.array([[index.get(block, -1) for block, _ in both] for both in ends], dtype=np.int64),
+        "end_of_tie": np.array([[point for _, point in both] for both in ends], dtype=float),
+        **{f"{name}_of_tie": _floats(own.get(name, np.nan) for own in given) for name in TIE_QUANTITIES},
     }
 
 
@@ -431,32 +389,36 @@ def group_name(name: str) -> str:
 
 def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     """Return the scalars of a result as variables and its texts as attributes."""
-    variables: dict[str, Any] = {
-        "load_factor": _si((), result.load_factor),
-        "n_iterations": _si((), result.n_iterations),
-        "duration": _si((), result.duration, "time"),
-        "settled": _si((), int(result.settled)),
+    outcome, case = result.outcome, result.case
+    values: dict[str, Any] = {
+        "load_factor": result.load_factor,
+        "n_iterations": result.n_iterations,
+        "duration": result.duration,
+        "settled": int(result.settled),
     }
-    outcome = result.outcome
     if outcome.drift is not None:
-        variables |= {f"drift_{end}": _si((), v) for end, v in zip(("low", "high"), outcome.drift, strict=True)}
-    variables |= {name: _si((), v, unit) for name, unit in _FACTS.items() if math.isfinite(v := getattr(outcome, name))}
-    variables |= {"programs": _si((), outcome.programs)} if outcome.programs else {}
+        values["drift_low"], values["drift_high"] = outcome.drift
+    values |= {name: value for name in _FACTS if math.isfinite(value := getattr(outcome, name))}
+    values |= {"programs": outcome.programs} if outcome.programs else {}
     if result.n_iterations:
-        variables["associative_load_factor"] = _si((), result.associative_load_factor)
+        values["associative_load_factor"] = result.associative_load_factor
     if result.certificate is not None:
-        for name, value in result.certificate.measures.items():
-            variables[name] = _si((), int(value) if isinstance(value, bool) else value)
-    if isinstance(result.case, SettlementCase):
-        variables["reaction"] = _si((), float(result.reaction.magnitude), result.answer.dimension)
+        values |= result.certificate.measures | {"holds": int(result.certificate.holds)}
+    if isinstance(case, SettlementCase):
+        values["reaction"] = float(result.reaction.magnitude)
+    if isinstance(case, RecordCase):
+        several = "s" * (case.direction is None)
+        values[f"record_acceleration{several}"] = np.array(case.acceleration)
+        values["record_interval" if isinstance(case.time, float) else "record_time"] = np.array(case.time)
+        values |= {"peak_displacement": peak} if math.isfinite(peak := result.peak_displacement) else {}
     attrs = {
         "name": result.name,
         "status": result.status.value,
         "reason": outcome.reason.value,
         "procedure": outcome.procedure.value if outcome.procedure else "",
-        "flow": result.case.flow.value,
-        "dead": result.case.dead.name,
-        "variable": result.case.patterns[-1].name if isinstance(result.case, LimitCase) else "",
+        "flow": case.flow.value,
+        "dead": case.dead.name,
+        "variable": case.patterns[-1].name if isinstance(case, LimitCase) else "",
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
@@ -468,23 +430,12 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     if result.n_iterations and made_by not in ([], [dict(versions)]):
         attrs["versions"] = json.dumps(made_by, sort_keys=True)
     for kind, (attribute, members) in _OF_KIND.items():
-        if isinstance(result.case, kind):
-            attrs[attribute] = json.dumps({name: getattr(result.case, name) for name in members})
-    if isinstance(result.case, RecordCase):
-        variables |= _record(result.case, result.peak_displacement)
+        if isinstance(case, kind):
+            attrs[attribute] = json.dumps({name: getattr(case, name) for name in members})
+    variables = dressed("case", values)
+    if "reaction" in variables:
+        variables["reaction"][2]["units"] = SI_UNITS[result.answer.dimension]
     return xr.Dataset(variables, attrs=attrs)
-
-
-def _record(case: RecordCase, peak: float) -> dict[str, Any]:
-    """Return the samples of a record, along its direction or the axes, their times, and the peak of the response."""
-    dims = "sample" if case.direction is not None else ("sample", "axis")
-    name = "record_acceleration" if case.direction is not None else "record_accelerations"
-    time = () if isinstance(case.time, float) else "sample"
-    return {
-        name: _si(dims, np.array(case.acceleration), "acceleration"),
-        "record_interval" if time == () else "record_time": _si(time, np.array(case.time), "time"),
-        **({"peak_displacement": _si((), peak, "length")} if math.isfinite(peak) else {}),
-    }
 
 
 def read_result(
@@ -565,12 +516,8 @@ def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
         values = json.loads(attrs["pushover"])
         point = None if values["control_point"] is None else Point(*map(float, values["control_point"]))
         rounding = to_quantity(values.get("corner_rounding", 0.0), "length")
-        more = {
-            "control": values["control"],
-            "control_point": point,
-            "steps": values["steps"],
-            "corner_rounding": rounding,
-        }
+        more = {"control": values["control"], "control_point": point, "steps": values["steps"]}
+        more["corner_rounding"] = rounding
         return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
@@ -587,10 +534,10 @@ def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
     for name, labels in _LABELS.items():
         if name in stored and tuple(stored[name]) != labels:
             yield f"{path}/{name}", f"the labels are not {', '.join(labels)}"
-    for name, (dim, least) in _INDICES.items():
+    for name, dim in _INDICES.items():
         if name not in stored:
             continue
-        values = stored[name]
+        values, least = stored[name], -1 if name in _OR_NONE else 0
         if values.size and (values.min() < least or values.max() >= ds.sizes[dim]):
             yield f"{path}/{name}", f"an index is outside {least}..{ds.sizes[dim] - 1}"
         if name in _ASCENDING and np.any(np.diff(values) < 0):
@@ -684,26 +631,24 @@ def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator
 
 def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
     """Find where a history contradicts itself or the model."""
-    wrong = list(index_findings(path, history))
+    wrong, stored = list(index_findings(path, history)), _values(history)
     yield from wrong
     yield from _count_findings(path, history, "iteration")
     for name, words in _WORDS.items():
-        unknown = set(history[name].to_numpy()) - set(words)
+        unknown = set(stored[name]) - set(words)
         if unknown:
             yield f"{path}/{name}", f"{min(unknown)!r} is none of {', '.join(words)}"
-    if not wrong:
-        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        if np.any(history["contact_point"].to_numpy() != of_point):
-            yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
+    if not wrong and np.any(stored["contact_point"] != stored["interface"][stored["interface_of_contact_point"]]):
+        yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
     for dim in ("block", "interface"):
         if history.sizes[dim] != model.sizes[dim]:
             yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
-        elif np.any(history[dim].to_numpy() != model[dim].to_numpy()):
+        elif np.any(stored[dim] != model.variables[dim].to_numpy()):
             yield path, f"the {dim} names of the history are not those of /model"
 
 
 def _count_findings(path: str, ds: xr.Dataset, dim: str) -> Iterator[Finding]:
-    if not np.array_equal(ds[dim].to_numpy(), np.arange(ds.sizes[dim])):
+    if not np.array_equal(ds.variables[dim].to_numpy(), np.arange(ds.sizes[dim])):
         yield f"{path}/{dim}", "the numbers are not 0, 1, …"
 
 

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from time import monotonic
 from types import MappingProxyType
 from typing import IO, Any, NamedTuple, Self
 
@@ -29,7 +30,16 @@ from blockstruct.files import open_file, read_file
 from blockstruct.limit import Outcome
 from blockstruct.model import RecordCase
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of, confirm, response_of
+from blockstruct.results import (
+    CERTIFICATE_MEASURES,
+    HISTORY,
+    Analysis,
+    CaseResult,
+    Variable,
+    capacity_of,
+    confirm,
+    response_of,
+)
 from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,
@@ -60,6 +70,8 @@ else:
 
 
 SUFFIX = ".h5"
+#: Seconds between two waits for the disk: a power cut takes at most so much of a run, a killed process nothing.
+FLUSHED = 1.0
 #: Attempts to make a lock that another writer removes at the same moment.
 _ATTEMPTS = 1000
 #: Errors of a lock that somebody else holds; any other error means a file system without locks.
@@ -450,6 +462,7 @@ class Journal:
 
     A record is a line, ``blockstruct record KIND LENGTH SHA-256``, and its bytes. The checksum covers the checksum
     before, the line up to it and the bytes. A record that is changed, missing or in another place ends the reading.
+    The system has each record before the next iteration, and the disk at most ``FLUSHED`` seconds of records later.
 
     Parameters
     ----------
@@ -463,6 +476,7 @@ class Journal:
         self.path = path
         self._digest = self._seed = hashlib.sha256(seed.encode()).hexdigest()
         self._end = 0
+        self._flushed = monotonic()
 
     @property
     def is_begun(self) -> bool:
@@ -497,8 +511,8 @@ class Journal:
                     self._digest, self._end = digest, stream.tell()
         return ""
 
-    def append(self, kind: str, content: bytes, *, wait: bool = True) -> None:
-        """Put a record after those that were read or appended; by default wait until all are on the disk."""
+    def append(self, kind: str, content: bytes) -> None:
+        """Put a record after those that were read or appended."""
         head = f"blockstruct record {kind} {len(content)} ".encode()
         digest = self._chained(head, content)
         with self.path.open("ab") as stream:
@@ -506,12 +520,13 @@ class Journal:
             stream.truncate(self._end)
             stream.write(head + digest.encode() + b"\n" + content)
             stream.flush()
-            if wait:
+            if is_due := monotonic() - self._flushed >= FLUSHED:
                 os.fsync(stream.fileno())
-            is_named, self._end = self._end > 0, stream.tell()
+            self._end = stream.tell()
         self._digest = digest
-        if not is_named:
+        if is_due:
             sync(self.path.parent)
+            self._flushed = monotonic()
 
     def _chained(self, head: bytes, content: bytes) -> str:
         return hashlib.sha256(self._digest.encode() + head + content).hexdigest()
@@ -544,14 +559,14 @@ def _unpacked(content: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     return arrays, head
 
 
-def _packed_dataset(ds: xr.Dataset) -> bytes:
-    variables = {str(name): v for name, v in ds.variables.items()}
+def _packed_history(variables: Mapping[str, Variable], coords: Mapping[str, Variable]) -> bytes:
+    every = {**variables, **coords}
     outline = {
-        "variables": {name: (v.dims, v.attrs) for name, v in variables.items()},
-        "coords": list(ds.coords),
-        "attrs": ds.attrs,
+        "variables": {name: (dims, attrs) for name, (dims, _, attrs) in every.items()},
+        "coords": list(coords),
+        "attrs": HISTORY,
     }
-    return _packed({name: v.to_numpy() for name, v in variables.items()}, outline)
+    return _packed({name: values for name, (_, values, _) in every.items()}, outline)
 
 
 def _unpacked_dataset(content: bytes) -> xr.Dataset:
@@ -661,14 +676,18 @@ class Checkpoint:
             lock.release()
             raise
 
-    def start(self, case: str, versions: Mapping[str, str]) -> None:
-        """Commit the history of a case without its iterations, and the versions that make them."""
-        # Both are on the disk with the first iteration.
+    def start(
+        self,
+        case: str,
+        versions: Mapping[str, str],
+        variables: Mapping[str, Variable],
+        coords: Mapping[str, Variable],
+    ) -> None:
+        """Commit the history of a case without iterations, and the versions that will make them."""
         if not self._journals[case].is_begun:
-            blank = self.planned[case].history.isel(iteration=slice(0))
-            self._append(case, "case", _packed_dataset(blank), wait=False)
+            self._append(case, "case", _packed_history(variables, coords))
         if versions != self._versions[case]:
-            self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode(), wait=False)
+            self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode())
             self._versions[case] = versions
 
     def commit(self, case: str, index: int, iteration: Mapping[str, np.ndarray]) -> None:
@@ -716,10 +735,10 @@ class Checkpoint:
         self._replaced = (*self._replaced, draft)
         _put(self.folder / "target", _target(self._replaced))
 
-    def _append(self, case: str, kind: str, content: bytes, *, wait: bool = True) -> None:
+    def _append(self, case: str, kind: str, content: bytes) -> None:
         journal = self._journals[case]
         try:
-            journal.append(kind, content, wait=wait)
+            journal.append(kind, content)
         except OSError as error:
             go_on = f"AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
             if isinstance(error, FileNotFoundError | NotADirectoryError):

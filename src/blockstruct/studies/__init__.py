@@ -18,26 +18,9 @@
 from blockstruct.model import direction_cases
 from blockstruct.studies.by_direction import Directions, directions
 from blockstruct.studies.document import StudyDocument, read_study
-from blockstruct.studies.first_order import first_order
 from blockstruct.studies.running import StudyProgress, print_progress, study
-from blockstruct.studies.summary import cases_with_load_factors, fragility, summary
-from blockstruct.studies.table import frame_of
+from blockstruct.studies.summary import cases_with_load_factors, first_order, fragility, frame_of, summary
 
-__all__ = [
-    # running
-    "StudyProgress",
-    "print_progress",
-    "read_study",
-    "study",
-    "StudyDocument",
-    # evaluation
-    "cases_with_load_factors",
-    "first_order",
-    "fragility",
-    "frame_of",
-    "summary",
-    # directions
-    "Directions",
-    "direction_cases",
-    "directions",
-]
+__all__ = ["StudyProgress", "print_progress", "read_study", "study", "StudyDocument"]
+__all__ += ["cases_with_load_factors", "first_order", "fragility", "frame_of", "summary"]
+__all__ += ["Directions", "direction_cases", "directions"]

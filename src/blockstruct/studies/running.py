@@ -25,7 +25,7 @@ from blockstruct.results import Analysis, plain_value
 from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
 from blockstruct.studies.design import Design, Run, design_of
 from blockstruct.studies.plan import Job, Plan, Problem, values_of
-from blockstruct.studies.table import check_parameter_names, dataset_of
+from blockstruct.studies.summary import check_parameter_names, dataset_of
 from blockstruct.studies.workers import Ended, connected, here, in_processes, on_cluster
 from blockstruct.vocabulary import Flow, Status, counted
 

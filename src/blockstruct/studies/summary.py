@@ -1,18 +1,170 @@
-"""Distributions of load factors, and shares of records under which a structure collapses."""
+"""Rows of a study as a Dataset, fractiles of its load factors, shares of collapses, and first-order scatter."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.errors import ModelError, shown
-from blockstruct.studies.design import LATIN
-from blockstruct.vocabulary import Status
+from blockstruct.analysis import AnalysisManager
+from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
+from blockstruct.keywords import did_you_mean
+from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
+from blockstruct.results import CaseResult, sliding_rates
+from blockstruct.studies.design import GRID, LATIN, Design
+from blockstruct.studies.plan import Problem
+from blockstruct.units import si
+from blockstruct.vocabulary import Flow, Stage, Status
+
+#: Status of a case of a failed run, or of a run that another study is carrying out. It is not a status of a limit case.
+FAILED, ELSEWHERE = "failed", "elsewhere"
+_NONE = {"units": "dimensionless"}
+_NUMBERS: Mapping[str, dict[str, str]] = {
+    "load_factor": _NONE | {"long_name": "load factor α"},
+    "bound": _NONE | {"long_name": "associative load factor, an upper bound of every flow rule"},
+    "settled": _NONE | {"long_name": "1 if the load factor had settled when the procedure ended"},
+    "flow_rule_gap": _NONE | {"long_name": "flow-rule gap of the certificate"},
+    "n_iterations": _NONE | {"long_name": "programs"},
+    "reaction": {"units": "newton", "long_name": "reaction of a settlement"},
+    "reaction_moment": {"units": "newton * meter", "long_name": "reaction of a settlement that turns"},
+    "d0": {"units": "meter", "long_name": "displacement of a pushover at which the load factor is zero"},
+    "curve_end": {"units": "meter", "long_name": "displacement of the last state of a pushover"},
+    "peak_displacement": {"units": "meter", "long_name": "largest displacement of a block under a record"},
+    "collapse_time": {"units": "second", "long_name": "time of a record at which a block has fallen"},
+    "duration": {"units": "second", "long_name": "wall-clock time of the case"},
+}
+_TEXTS = ("status", "flow", "reason", "procedure", "curve_ended")
+#: Variables that every case of a run has.
+_OF_CASE = (*_NUMBERS, *_TEXTS)
+_OF_RUN = ("problem", "path", "elsewhere")
+_TAKEN = {"run", "case", "missing_curve", *_OF_CASE, *_OF_RUN}
+_REACTIONS = {"reaction", "reaction_moment"}
+#: Numbers that only some kinds of cases have.
+_OF_SOME = (*_REACTIONS, "d0", "curve_end", "peak_displacement", "collapse_time")
+_COLUMNS = {"bound": "associative_load_factor"}
+
+
+def check_parameter_names(names: Iterable[str]) -> None:
+    """Refuse parameters with the names of variables of a study.
+
+    Raises
+    ------
+    ModelError
+    """
+    taken = [name for name in names if name in _TAKEN]
+    if taken:
+        msg = (
+            f"study: {'parameter' if len(taken) == 1 else 'parameters'} {', '.join(taken)}: what a study gives has "
+            f"these names itself: {', '.join(sorted(_TAKEN))}; give build other ones, as {taken[0]}_of_build"
+        )
+        raise ModelError(msg)
+
+
+def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], problems: Sequence[Problem]) -> xr.Dataset:
+    """Return the dataset of a study.
+
+    Parameters
+    ----------
+    design
+        Design of its runs.
+    rows
+        Rows of the archive, for each run.
+    problems
+        Why a run has no results; false if it has results.
+    """
+    cases = list(dict.fromkeys(str(row["case"]) for of_run in rows for row in of_run))
+    dims, shape = list(design.dims), list(design.dims.values())
+    at = {case: j for j, case in enumerate(cases)}
+    size = (len(rows), len(cases))
+    numbers = {name: np.full(size, np.nan) for name in _NUMBERS}
+    texts = {name: np.full(size, "", dtype=object) for name in _TEXTS}
+    for statuses, problem in zip(texts["status"], problems, strict=True):
+        if problem:
+            statuses[:] = _status_of(problem.is_elsewhere)
+    paths = np.array([of_run[0]["path"] if of_run else "" for of_run in rows], dtype=object)
+    for i, of_run in enumerate(rows):
+        for row in of_run:
+            for name, values in (*numbers.items(), *texts.items()):
+                values[i, at[row["case"]]] = row.get(_COLUMNS.get(name, name), values[i, at[row["case"]]])
+            if not _REACTIONS.isdisjoint(row):
+                # The bound of a reaction is not a load factor.
+                numbers["bound"][i, at[row["case"]]] = np.nan
+    along = [*dims, "case"]
+    for name in _OF_SOME:
+        if np.isnan(numbers[name]).all():
+            del numbers[name]
+    variables: dict[str, Any] = {n: (along, v.reshape(*shape, -1), _NUMBERS[n]) for n, v in numbers.items()}
+    variables |= {n: (along, v.reshape(*shape, -1)) for n, v in texts.items()}
+    why, elsewhere = np.array([p.text for p in problems], dtype=object), np.array([p.is_elsewhere for p in problems])
+    variables["problem"] = (dims, why.reshape(shape), {"long_name": "why a run has no results"})
+    variables["elsewhere"] = (dims, elsewhere.reshape(shape), {"long_name": "another study is carrying the run out"})
+    variables["path"] = (dims, paths.reshape(shape), {"long_name": "file in the store"})
+    coords: dict[str, Any] = {"case": np.array(cases, dtype=object)}
+    if design.sampling != GRID:
+        coords["run"] = np.arange(len(rows))
+    for name, axis in design.axes.items():
+        attrs = {"units": axis.unit} if axis.unit else {}
+        coords[name] = (name if design.sampling == GRID else "run", axis.coordinate, attrs)
+    for name, value in design.fixed.items():
+        quantity = hasattr(value, "magnitude")
+        coords[name] = ((), value.magnitude, {"units": str(value.units)}) if quantity else ((), value)
+    of_all: dict[str, Any] = {"sampling": design.sampling} | ({} if design.seed is None else {"seed": design.seed})
+    return xr.Dataset(variables, coords=coords, attrs=of_all)
+
+
+def _status_of(is_elsewhere: bool) -> str:
+    """Return the status of the cases of a run without results."""
+    return ELSEWHERE if is_elsewhere else FAILED
+
+
+def frame_of(data: xr.Dataset) -> pd.DataFrame:
+    """Return the rows of a study as a table, one per case of each run.
+
+    A run that failed before it had cases has one row.
+
+    Parameters
+    ----------
+    data
+        Dataset from :func:`blockstruct.study`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``run``, the parameters, ``case``, the variables of the study. ``settled`` is false if the load factor had not
+        settled when the procedure ended. ``missing_curve`` is why a pushover with a collapse state has no capacity
+        curve, otherwise empty. ``attrs["units"]`` has the units.
+    """
+    of_case = [name for name in _OF_CASE if name in data]
+    parameters = [str(name) for name in data.coords if name not in ("run", "case")]
+    cases, along = data["case"].to_numpy(), data["problem"].dims
+    of_run = {name: data[name].broadcast_like(data["problem"]).transpose(*along) for name in (*parameters, *_OF_RUN)}
+    runs = {name: values.to_numpy().ravel() for name, values in of_run.items()}
+    # If every run failed, there are no cases.
+    size = (data["problem"].size, len(cases))
+    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(size) for name in of_case}
+    rows = []
+    for k, problem in enumerate(runs["problem"]):
+        held = {name: runs[name][k] for name in parameters}
+        present = [j for j in range(len(cases)) if columns["status"][k, j] not in ("", FAILED, ELSEWHERE)]
+        held |= {"run": k, "problem": problem, "path": runs["path"][k]}
+        rows += [{**held, "case": cases[j], **{name: columns[name][k, j] for name in of_case}} for j in present]
+        if not present:
+            rows.append({**held, "case": "", "load_factor": np.nan, "status": _status_of(runs["elsewhere"][k])})
+    table = pd.DataFrame(rows, columns=["run", *parameters, "case", *of_case, "problem", "path"])
+    table["settled"] = table["settled"] == 1
+    without = table["curve_end"].isna() if "curve_end" in table else np.ones(len(table), dtype=bool)
+    table["missing_curve"] = [
+        str(ended) if is_missing else "" for ended, is_missing in zip(table["curve_ended"], without, strict=True)
+    ]
+    units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
+    table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
+    return table
+
 
 Array = NDArray[np.float64]
-_NONE = {"units": "dimensionless"}
 
 
 def summary(
@@ -244,3 +396,155 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
         attrs = {"units": "meter", "long_name": "fractiles of the peak displacement, infinite where more collapse"}
         summary["peak_displacement"] = ((over, "fractile"), np.array(rows), attrs)
     return summary
+
+
+#: Relative step of the coefficients in the test for a kink, and tolerated difference of derivatives in the test.
+_STEP, _SAME = 1e-4, 0.02
+#: Derivative, relative to the load factor, that counts as rounding.
+_ROUNDING = 1e-6
+
+
+def first_order(result: CaseResult, standard_deviation: float | Mapping[str, float]) -> xr.Dataset:
+    """Return the sensitivity of the load factor to the friction of joints.
+
+    The result includes the first-order scatter of the load factor.
+
+    Parameters
+    ----------
+    result
+        Result of a converged case with associative flow.
+    standard_deviation
+        Standard deviation of the friction coefficients: one value, or one for each joint material by name.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``interface``: ``derivative``, dα/dμ_k; ``friction_coefficient``; ``joint_material``; ``contribution``,
+        the derivative times the standard deviation. Joints are in order of their contributions. Without dimension:
+        ``load_factor``, and its standard deviation ``independent``, for independent coefficients of all joints, and
+        ``correlated``, for equal coefficients within a joint material. The attribute ``unique`` is 1 if the derivatives
+        exist.
+
+    Warns
+    -----
+    StudyWarning
+        If the load factor has no derivatives there. Run a study of samples instead.
+
+    Raises
+    ------
+    ModelError
+        If the case did not converge, or is without dilatancy, in which case multipliers are not derivatives.
+
+    Notes
+    -----
+    The associative load factor is the value of a convex program. Its derivative with respect to the bound of a
+    condition is the multiplier of the condition [1]_. At contact point k the condition is ``‖(s, t)‖ ≤ c A + μ n``.
+    Its multiplier is the sliding velocity ``‖v_t‖`` (with ``w_L·u = 1``). Hence ``dα/dμ_k = n ‖v_t‖``, summed over the
+    points of a joint. If a joint has the torsion of uniform pressure, the sliding rate of its cone is added.
+
+    These values are derivatives if mechanism and forces are unique. If several mechanisms share a load factor, the load
+    factor has a kink. An example is a wall of equal joints that slides at any course. The load factor then follows the
+    weakest mechanism and falls more than any derivative predicts. Two more runs detect a kink: all coefficients a
+    little higher and lower, in shares drawn at random. ``unique`` gives the outcome.
+
+    References
+    ----------
+    .. [1] S. Boyd, L. Vandenberghe, Convex Optimization, Cambridge University Press 2004, section 5.6.
+    """
+    if not isinstance(result, CaseResult):
+        msg = f"first_order: {shown(result)} is not a result; give that of a case, as analysis['push']"
+        raise ModelError(msg)
+    if not isinstance(result.case, LimitCase):
+        msg = f"first_order: case {result.name!r} is a settlement; give the result of a LimitCase"
+        raise ModelError(msg)
+    if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
+        msg = (
+            f"first_order: case {result.name!r} has {result.case.flow} flow and {result.status.predicate}; run it with "
+            "flow='associative': its load factor is an upper bound of the other, and has derivatives"
+        )
+        raise ModelError(msg)
+    history = result.history
+    last = history.isel(iteration=int(np.flatnonzero(history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)[-1]))
+    normal = last["contact_force"].sel(component="n").to_numpy()
+    sliding = sliding_rates(result.model, last, result.settings.crushing_cells)
+    of_point = history["interface_of_contact_point"].to_numpy()
+    derivative = np.bincount(of_point, normal * sliding, minlength=history.sizes["interface"])
+    joints = [interface.joint_material for interface in result.model.interfaces]
+    names = np.array([joint.name for joint in joints], dtype=object)
+    contribution = derivative * _of_joints(standard_deviation, names)
+    order = np.argsort(-np.abs(contribution), kind="stable")
+    sums = [contribution[names == name].sum() for name in dict.fromkeys(names)]
+    along = ("interface",)
+    predicted, left, right = _kink(result, derivative)
+    # If friction has no effect, as in rocking, the derivatives are rounding errors.
+    same = max(_SAME * float(np.abs(derivative).sum()), _ROUNDING * abs(result.load_factor))
+    unique = max(abs(left - predicted), abs(right - predicted)) <= same
+    if not unique:
+        msg = (
+            f"first_order: case {result.name!r} has no derivatives with respect to friction: several mechanisms or "
+            f"force states have its load factor (together, {left:.3g} downwards and {right:.3g} upwards, where the "
+            f"multipliers say {predicted:.3g}); run a study with samples of the friction of each joint instead"
+        )
+        warnings.warn(msg, StudyWarning, stacklevel=2)
+    columns: dict[str, Any] = {
+        "derivative": (along, derivative, _NONE | {"long_name": "dα/dμ"}),
+        "friction_coefficient": (along, [joint.friction_coefficient for joint in joints], _NONE),
+        "joint_material": (along, names),
+        "contribution": (along, contribution, _NONE | {"long_name": "dα/dμ times the standard deviation of μ"}),
+    }
+    scalars: dict[str, Any] = {
+        "load_factor": ((), result.load_factor, _NONE),
+        "independent": ((), float(np.linalg.norm(contribution)), _NONE),
+        "correlated": ((), float(np.linalg.norm(sums)), _NONE),
+    }
+    coords = {"interface": history["interface"].to_numpy()}
+    table = xr.Dataset(columns, coords=coords).isel(interface=order)
+    return table.assign(scalars).assign_attrs(case=result.name, unique=int(unique))
+
+
+def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
+    """Return the derivative in one direction of all coefficients.
+
+    Three values: by the multipliers, and one-sided downwards and upwards.
+    """
+    interfaces = result.model.interfaces
+    mu = np.array([interface.joint_material.friction_coefficient for interface in interfaces])
+    # Joints that never slide keep their coefficients.
+    share = np.random.default_rng(0).uniform(0.5, 1.5, len(mu)) * np.where(np.isinf(mu), 0.0, mu)
+
+    def load_factor(step: float) -> float:
+        changed = []
+        for k, interface in enumerate(interfaces):
+            values = {name: getattr(interface.joint_material, name) for name in JOINT_PROPERTIES}
+            # Dilatancy has no effect in associative flow, and may not exceed the friction angle.
+            values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
+            if 0 < mu[k] < np.inf:
+                # Tensile strength may not exceed the tension at the apex of the friction cone.
+                most = values["cohesion"] / values["friction_coefficient"]
+                values["tensile_strength"] = min(values["tensile_strength"], most)
+            joint = JointMaterial.from_si(f"{k}", values, torsion=interface.joint_material.torsion)
+            changed.append(interface.with_joint_material(joint))
+        model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LoadFactorWarning)
+            manager = AnalysisManager(model, settings=result.settings, progress=False, effects=False)
+            return manager.run([result.case])[result.name].load_factor
+
+    left, right = ((load_factor(step) - result.load_factor) / step for step in (-_STEP, _STEP))
+    return float(derivative @ share), left, right
+
+
+def _of_joints(given: Any, names: Any) -> Any:
+    """Return the standard deviation of each joint."""
+    if not isinstance(given, Mapping):
+        given = dict.fromkeys(names, given)
+    for name in given:
+        if name not in names:
+            msg = f"first_order: no joint material {shown(name)}; {did_you_mean(str(name), sorted(set(names)))}"
+            raise UnknownNameError(msg)
+    deviations = {n: si(v, "dimensionless", f"first_order: standard deviation of {n!r}") for n, v in given.items()}
+    for name, value in deviations.items():
+        if value < 0:
+            msg = f"first_order: standard deviation {value:g} of {name!r}; give zero or more"
+            raise ModelError(msg)
+    return np.array([deviations.get(name, 0.0) for name in names])

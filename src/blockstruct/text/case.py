@@ -1,13 +1,16 @@
-"""Sentences on the result of a case: its end and number, certificate, pushed states, response to a record."""
+"""Sentences on the result of a case: end, number, certificate, curve, response to a record, and pushed masses."""
 
 from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from blockstruct.limit import Certificate, Outcome
-from blockstruct.text.answer import Answer
-from blockstruct.text.numbers import FEW
-from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status, counted, listed
+from blockstruct.model import BodyForce, Case, Model, MovingCase, Pushover, SelfWeight, SettlementCase, kind_of
+from blockstruct.motion import CurveOutcome
+from blockstruct.statics import applied_loads, carried_weights
+from blockstruct.text.mechanism import kilonewton
+from blockstruct.text.numbers import FEW, Answer
+from blockstruct.vocabulary import CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
 
 _FOUND_BY = {
     Procedure.LOADING_PATH: "along its loading path",
@@ -33,7 +36,8 @@ _REASONS = {
         "the joints can carry any multiple of {load}, which without dilatancy does not exclude collapse"
     ),
     Reason.GROWS_WITHOUT_LIMIT: "the {number} grows without limit, and the joints can carry any multiple of {load}",
-    Reason.NEVER_SETTLES: "still {rising} at {last}, the blocks jam",
+    Reason.NEVER_SETTLES: "from {low} to {high} over the last tenfold displacement, and not settled",
+    Reason.JAMS: "still {rising} at {last}, the blocks jam",
     Reason.PROGRAM_NOT_SOLVED: "the solver did not solve the first program",
     Reason.NO_CERTIFICATE: "no certificate in {programs}",
     Reason.NEGATIVE_LOAD_FACTOR: "the only state that was found has a negative load factor",
@@ -65,14 +69,16 @@ def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
 
     If a loading path was followed and not closed, the text states why.
     """
-    last = "" if outcome.drift is None else answer.text(outcome.drift[1])
+    low, high = answer.ends(outcome.drift or (np.nan, np.nan))
     text = _REASONS[outcome.reason].format(
         carried=outcome.carried,
         hung=listed(hung, FEW) or "the structure",
         load="this motion of the supports" if answer.is_reaction else "the variable load",
         number=answer.name,
         rising="falling" if answer.is_reaction else "rising",
-        last=last,
+        last=low if answer.is_reaction else high,
+        low=low,
+        high=high,
         programs=counted(outcome.programs, "program"),
     )
     if outcome.path_end not in (None, PathEnd.CLOSED):
@@ -311,3 +317,185 @@ def response_sentences(
     else:
         sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
     return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+
+
+_OTHER_STEPS = ", so run it with other steps and compare"
+_BEGUN = (
+    ", or friction leaves more than one collapse state, and procedure='loading path' in the settings finds the one "
+    "that loading leads to"
+)
+
+
+def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
+    """Return a clause on the end of a curve, with the remedy if it is missing.
+
+    Parameters
+    ----------
+    outcome
+        Its facts.
+    case
+        The pushover or settlement.
+    """
+    if outcome.end is CurveEnd.EARLIER_VERSION:
+        return "the file is of an earlier version, whose curves are no longer read: run the case again"
+    names, at = listed(list(outcome.blocks)), f"at a displacement of {outcome.displacement:.6g} m"
+    if isinstance(case, Pushover):
+        return _end_of_pushover(outcome, case, names, at)
+    match outcome.end:
+        case CurveEnd.DISPLACEMENT_REACHED:
+            return f"the structure follows its supports up to a displacement of {outcome.displacement:.6g} m"
+        case CurveEnd.FALLS:
+            return f"the supports move by {outcome.displacement:.6g} m at most, then blocks fall ({names})"
+        case CurveEnd.LIMIT_REACHED:
+            return f"no end after {outcome.states} states: ask for more steps, or a smaller displacement"
+        case CurveEnd.BEGINS_ABOVE:
+            return (
+                "no curve: it would begin at a smaller reaction than that of the case, as blocks that move touch "
+                f"wherever faces do: forces at {names or 'faces larger than its interfaces'}. Give the interfaces that "
+                "are there, and compare the reactions"
+            )
+        case _:
+            return f"no forces that hold the blocks are found {at}, and the method ends"
+
+
+def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str) -> str:
+    block, direction = case.control
+    moves = f"block {outcome.blocks[0]!r} moves furthest, along {_shown(outcome.direction)}" if outcome.blocks else ""
+    match outcome.end:
+        case CurveEnd.ZERO:
+            stands = f", where the control point at block {block!r} stands still or goes back: {moves}"
+            return f"the load factor is zero {at}{stands if outcome.stands else ''}"
+        case CurveEnd.FALLS:
+            return f"blocks fall under the dead load alone {at} ({names}), and the method ends"
+        case CurveEnd.NOT_SOLVED:
+            return (
+                f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
+                "it cannot move; and the method ends"
+            )
+        case CurveEnd.LIMIT_REACHED:
+            return (
+                f"no end after {outcome.states} states: ask for more steps, or follow a point and a direction that the "
+                "mechanism goes along"
+            )
+        case CurveEnd.RESTS:
+            return (
+                f"the control point at block {block!r} does not move along {_shown(direction)} in the collapse "
+                f"mechanism, and there is no curve over its displacement; {moves}"
+            )
+        case _:
+            where = f"{names}, where the model has no interface" if names else "faces larger than its interfaces"
+            return (
+                f"no curve: with sharp corners it would begin at a load factor of {outcome.load_factor:.4g}, above "
+                f"that of the collapse state, as blocks that move touch wherever faces do: forces at {where}. Give the "
+                "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
+            )
+
+
+def _shown(direction: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
+
+
+def doubtful_part(
+    doubt: CurveDoubt,
+    displacement: tuple[float, float],
+    load_factor: tuple[float, float],
+    missed: float,
+    procedure: str,
+    *,
+    has_ties: bool,
+) -> str:
+    """Return a clause on a part of a capacity curve that may depend on its steps.
+
+    Parameters
+    ----------
+    doubt
+    displacement, load_factor
+        Of the control point, m, and of the states between which the part lies.
+    missed
+        Share of all work so far that the forces miss.
+    procedure
+        Procedure that found the collapse state.
+    has_ties
+        Whether the structure has ties.
+    """
+    before, after = (f"{1e3 * d:.4g} mm" for d in displacement)
+    changes = f"from {load_factor[0]:.4g} to {load_factor[1]:.4g} at a displacement of"
+    match doubt:
+        case CurveDoubt.RISES:
+            tight = ", or ties are pulled tight" if has_ties else ""
+            begun = "" if procedure == "loading path" else _BEGUN
+            return f"the load factor rises {changes} {after}: blocks meet, interlock or jam{tight}{begun}"
+        case CurveDoubt.SLIPS:
+            why = "where units slip and catch a curve depends on its steps"
+            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+        case CurveDoubt.LEAPS:
+            why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
+            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+        case CurveDoubt.MISSES_WORK:
+            work = f"{missed:.1%} of all work is missed in the step from a displacement of {before}"
+            return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
+        case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
+            rock = "rock" if doubt is CurveDoubt.ROCKS else "rock and slide"
+            where = f"up to a displacement of {before}, and {rock} from {after} on"
+            return f"blocks slide {where}: that is known to a step{_OTHER_STEPS}"
+
+
+_NAMES = {"weight": "concentrated weights", "line_load": "line loads", "area_load": "area loads", "fill_load": "fill"}
+
+
+def pushed_masses(model: Model, case: Case) -> str:
+    """Return sentences on the acting loads of a case; usually empty.
+
+    For a mass-proportional push they list the weights that it moves and the weights that it does not. Weights on
+    supports have no effect. For a settlement they list loads on supports.
+    """
+    on_supports = _on_supports(model, case) if isinstance(case, SettlementCase) else ""
+    return " ".join(filter(None, (_of_push(model, case), on_supports)))
+
+
+def _of_push(model: Model, case: Case) -> str:
+    if not any(isinstance(load, BodyForce) for p in case.patterns for load in p.loads):
+        return ""
+    free = np.array([not b.fixed for b in model.blocks])
+    masonry = sum(b.weight for b in model.blocks if not b.fixed)
+    carried = carried_weights(model, case.dead)
+    names = np.array([_NAMES.get(kind_of(load), "") for load in case.dead.loads], dtype=object)
+    parts = []
+    for name in _NAMES.values():
+        chosen = free[carried.block] & (names[carried.load] == name)
+        weight, pushed = (float(column[chosen].sum()) for column in (carried.weight, carried.pushed))
+        if weight:
+            share = "" if pushed == weight else f" (of {kilonewton(weight)})"
+            parts.append(f"{kilonewton(pushed)} {name}{share}")
+    text = f"Pushed weight: {' + '.join([f'{kilonewton(masonry)} masonry', *parts])}."
+    on_supports = float(carried.weight[~free[carried.block]].sum())
+    if on_supports > 1e-9 * masonry:
+        text += f" Weights of {kilonewton(on_supports)} on supports do nothing."
+    if not any(isinstance(load, SelfWeight) for load in case.dead.loads):
+        text += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
+    applied = applied_loads(model, case.dead)
+    massless = np.array([kind_of(load) in ("point_load", "face_load") for load in case.dead.loads])
+    down = -float(applied.force[massless[applied.load] & free[applied.block], 2].sum())
+    if down > 1e-9 * max(masonry, 1.0):
+        text += f" Forces of {case.dead.name!r}, {kilonewton(down)} downwards, have no mass and are not pushed."
+    return text
+
+
+def _on_supports(model: Model, case: Case) -> str:
+    """Return the sentence on dead loads on supports; empty without any.
+
+    The own weight of supports does not count.
+    """
+    others = np.array([not isinstance(load, SelfWeight | BodyForce) for load in case.dead.loads])
+    applied = applied_loads(model, case.dead)
+    fixed = np.array([b.fixed for b in model.blocks])
+    chosen = fixed[applied.block] & others[applied.load]
+    force, couple = (np.linalg.norm(part[chosen], axis=1).sum() for part in (applied.force, applied.couple))
+    parts = [f"forces of {kilonewton(force)}"] * bool(force) + [f"moments of {kilonewton(couple)}·m"] * bool(couple)
+    if not parts:
+        return ""
+    names = listed([model.blocks[k].name for k in np.unique(applied.block[chosen])], FEW)
+    return (
+        f"Loads of {case.dead.name!r} on supports do nothing, {' and '.join(parts)} on {names}: a reaction is what "
+        "joints and ties bring to the supports that give way."
+    )

@@ -1,6 +1,84 @@
-"""Numbers as text, and how many names a text lists."""
+"""Numbers as text, the name and format of the number of a case, and how many names a text lists."""
+
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
+
+from blockstruct.limit import reaction_unit
+from blockstruct.model import Case, Model, SettlementCase
+from blockstruct.units import readable, to_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Name, symbol and unit of the number of a case.
+
+    The number is a load factor or, for a settlement, a reaction.
+
+    Attributes
+    ----------
+    name : str
+        ``"load factor"`` or ``"reaction"``.
+    symbol : str
+    dimension : str
+        A key of :data:`blockstruct.units.SI_UNITS`.
+    factor : float
+        SI value of the answer at load factor 1.
+    """
+
+    name: str = "load factor"
+    symbol: str = "α"
+    dimension: str = "dimensionless"
+    factor: float = 1.0
+
+    @classmethod
+    def of(cls, model: Model, case: Case) -> Self:
+        """Return the answer of a case."""
+        if not isinstance(case, SettlementCase):
+            return cls()
+        dimension = "force" if case.about is None else "moment"
+        return cls("reaction", "R", dimension, -reaction_unit(model, case))
+
+    @property
+    def is_reaction(self) -> bool:
+        """Whether the case is a settlement."""
+        return self.dimension != "dimensionless"
+
+    @property
+    def unit(self) -> str:
+        """Symbol of the SI unit; empty for a load factor."""
+        return {"force": "N", "moment": "N·m"}.get(self.dimension, "")
+
+    def quantity(self, alpha: Any) -> Any:
+        """Return the answers at load factors, as quantities."""
+        values = self.factor * np.asarray(alpha, dtype=float) + 0.0
+        return to_quantity(values if values.ndim else float(values), self.dimension)
+
+    def text(self, alpha: float, digits: int = 4) -> str:
+        """Return the answer at a load factor as text: a number, ``infinite`` or ``none``."""
+        return self.format(self.factor * alpha + 0.0, digits)
+
+    def ends(self, alphas: tuple[float, float], digits: int = 4) -> tuple[str, str]:
+        """Return both ends of a range of load factors as texts, the smaller number first, in one unit."""
+        low, high = sorted(self.factor * alpha + 0.0 for alpha in alphas)
+        return self.format(low, digits, alongside=high), self.format(high, digits, alongside=low)
+
+    def format(self, value: float, digits: int = 4, *, alongside: float = 0.0) -> str:
+        """Return an answer in SI as text, in the unit that suits the larger of two values."""
+        if np.isnan(value):
+            return "none"
+        if np.isinf(value):
+            return "infinite" if value > 0 else "minus infinite"
+        if not self.is_reaction:
+            return f"{value:.{digits}g}"
+        scale, unit = readable(max(value, alongside, key=abs) if np.isfinite(alongside) else value, self.unit)
+        return f"{value * scale:.{digits}g} {unit}"
+
+
+#: Answer of a limit case.
+LOAD_FACTOR = Answer()
+
 
 #: Names that a sentence lists, and names or bodies that a list has, before it counts the rest.
 FEW, LISTED = 3, 5

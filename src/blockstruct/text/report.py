@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from blockstruct.text.answer import Answer
-from blockstruct.text.numbers import ratio_text, shown
+from blockstruct.text.numbers import Answer, ratio_text, shown
 from blockstruct.vocabulary import Status, counted
 
 #: Checks that a sentence lists.

@@ -18,26 +18,17 @@ by their own names.
 from blockstruct.views.console import (
     analysis_summary,
     archive_table,
+    directions_text,
+    following,
     iteration_table,
     model_text,
+    parameter_texts,
     result_text,
+    study_following,
+    study_summary,
+    study_table,
     summary_table,
 )
-from blockstruct.views.progress import following, study_following
-from blockstruct.views.study_text import directions_text, parameter_texts, study_summary, study_table
 
-__all__ = [
-    # console
-    "analysis_summary",
-    "archive_table",
-    "directions_text",
-    "following",
-    "iteration_table",
-    "model_text",
-    "parameter_texts",
-    "result_text",
-    "study_following",
-    "study_summary",
-    "study_table",
-    "summary_table",
-]
+__all__ = ["analysis_summary", "archive_table", "directions_text", "following", "iteration_table", "model_text"]
+__all__ += ["parameter_texts", "result_text", "study_following", "study_summary", "study_table", "summary_table"]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.views.export.motion import pushover_motion
 from blockstruct.views.output import write_text
-from blockstruct.views.selection import application_points, given_result
+from blockstruct.views.selection import application_points, contact_forces, given_result
 from blockstruct.views.solids import Patches, Solids, TieLines, triangles
 
 try:
@@ -151,10 +151,9 @@ class _Still:
         pressed = np.isfinite(point).all(axis=1)
 
         at_points = pv.PolyData(np.asarray(history["contact_point_position"].to_numpy(), dtype=float))
-        frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        local = history["contact_force"].isel(iteration=0).transpose("contact_point", "component").to_numpy()
-        at_points.point_data["contact force [newton]"] = np.einsum("kc,kca->ka", local, frame)
-        at_points.point_data["normal force [newton]"] = local[:, 0]
+        last = history.isel(iteration=0)
+        at_points.point_data["contact force [newton]"] = contact_forces(last)
+        at_points.point_data["normal force [newton]"] = last["contact_force"].sel(component="n").to_numpy()
         at_points.point_data["interface"] = history["interface_of_contact_point"].to_numpy()
         resultants = pv.PolyData()
         # VTK allows no empty array.

@@ -45,7 +45,6 @@ def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = 
     history = result.history.isel(iteration=[index])
     mechanism = bs.results.mechanism(history)
     moves = np.hstack([mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")])
-    number = {block.name: k for k, block in enumerate(model.blocks)}
     nodes = {
         str(k): {
             **dict(zip("xyz", block.centroid.tolist(), strict=True)),
@@ -63,8 +62,8 @@ def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = 
     frames = history["interface_frame"].to_numpy()
     for j, interface in enumerate(model.interfaces):
         at = np.flatnonzero(of == j)
-        ends = edges[str(number[interface.minus])]
-        edge = ends.setdefault(str(number[interface.plus]), {"interfaces": []})
+        minus, plus = (str(model.block_index[name]) for name in (interface.minus, interface.plus))
+        edge = edges[minus].setdefault(plus, {"interfaces": []})
         edge["interfaces"].append(_interface(interface, position[at], force[at], frames[j]))
     graph = {
         "attributes": {},

@@ -24,37 +24,21 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
-from blockstruct.views.figures.capacity import capacity
-from blockstruct.views.figures.diagrams import certificate, convergence, response, verification
-from blockstruct.views.figures.domain import crushing_domain
+from blockstruct.views.figures.diagrams import (
+    capacity,
+    certificate,
+    convergence,
+    crushing_domain,
+    response,
+    verification,
+)
 from blockstruct.views.figures.forces import forces, loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import drawings, overview, write_figures
 from blockstruct.views.figures.structure import dimensions, structure
 from blockstruct.views.figures.studies import compass, curve, distribution, fragility, tornado
 
-__all__ = [
-    # of the structure
-    "dimensions",
-    "forces",
-    "loads",
-    "mechanism",
-    "structure",
-    # of the numbers
-    "capacity",
-    "certificate",
-    "convergence",
-    "crushing_domain",
-    "curve",
-    "response",
-    "verification",
-    # of many analyses
-    "compass",
-    "distribution",
-    "fragility",
-    "tornado",
-    # all of an analysis
-    "drawings",
-    "overview",
-    "write_figures",
-]
+__all__ = ["dimensions", "forces", "loads", "mechanism", "structure"]
+__all__ += ["capacity", "certificate", "convergence", "crushing_domain", "curve", "response", "verification"]
+__all__ += ["compass", "distribution", "fragility", "tornado"]
+__all__ += ["drawings", "overview", "write_figures"]

@@ -1,15 +1,221 @@
-"""Diagrams of one result: its iterations, its certificate, its curve, its response, its check."""
+"""Diagrams of one result: its iterations, its certificate, its curve, its response, its check, its crushing."""
+
+import math
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import legend_above, new_axes, verbatim
-from blockstruct.views.selection import chosen_iteration, given_result
+from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
+from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, MEASURES
+from blockstruct.views.words import without_curve_words
+from blockstruct.vocabulary import listed
+
+
+def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw the load factor of a pushover, or the reaction of a settlement, over the displacement.
+
+    The line falls at tie breaks, which dotted lines mark. States whose certificate does not hold are drawn
+    as crosses. ``d0`` is marked: the displacement at which the load factor is zero, or the largest one of the supports
+    before blocks fall. If the curve ends before, the last state is, with a ring.
+
+    Parameters
+    ----------
+    result
+        The result of a :class:`~blockstruct.Pushover`, or a :class:`~blockstruct.SettlementCase` with a displacement.
+    label
+        Name in the legend, for several curves on one Axes.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the result has no capacity curve.
+    """
+    curve = given_result(result, "capacity").capacity
+    if curve is None or not bs.model.has_curve(result.case):
+        msg = f"case {result.name!r}: {without_curve_words(result)}"
+        raise bs.errors.ModelError(msg)
+    settles = result.answer.is_reaction
+    if settles:
+        # A fall has no reaction of its own.
+        curve = curve.isel(step=curve["falls"].to_numpy() == 0)
+    displacement, values = (
+        curve[name].to_numpy() for name in ("displacement", "reaction" if settles else "load_factor")
+    )
+    scale, value_unit = readable(values, "N") if settles else (1.0, "-")
+    values = values * scale
+    holds = curve["holds"].to_numpy() > 0
+    factor, unit = readable(displacement, "m")
+    ax = new_axes(ax)
+    colour = next_colour(ax)
+    ax.plot(displacement * factor, values, "-", color=colour, lw=1.2, label=label)
+    ax.plot(displacement[holds] * factor, values[holds], "o", color=colour, ms=3)
+    ax.plot(displacement[~holds] * factor, values[~holds], "x", color=FORCE, ms=5)
+    d0 = float(curve["d0"])
+    if np.isfinite(d0):
+        ax.annotate(
+            f"d0 = {d0 * factor:.4g} {unit}",
+            (d0 * factor, 0.0),
+            (0, -4),
+            textcoords="offset points",
+            ha="right",
+            va="top",
+        )
+        if settles:
+            ax.axvline(d0 * factor, color=FORCE, lw=0.8, ls="--", zorder=0)
+    else:
+        ax.plot(displacement[-1:] * factor, values[-1:], "o", mfc="none", mec=FORCE, ms=9)
+    broken = result.broken_ties
+    for at in broken["displacement [meter]"].unique().tolist():
+        names = broken.index[broken["displacement [meter]"] == at]
+        ax.axvline(at * factor, color=FORCE, lw=0.8, ls=":", zorder=0)
+        label_of_break = f"{verbatim(names[0])} breaks" if len(names) == 1 else f"{len(names)} ties break"
+        ax.annotate(
+            label_of_break,
+            (at * factor, 1.0),
+            (3, -4),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            va="top",
+            color=FORCE,
+        )
+    ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
+    if isinstance(result.case, bs.SettlementCase):
+        what, ylabel = listed(result.case.supports, 3), f"reaction R [{value_unit}]"
+    else:
+        what, ylabel = f"the control point on {result.case.control[0]}", "load factor α [-]"
+    ax.set(xlabel=f"displacement of {verbatim(what)} [{unit}]", ylabel=ylabel)
+    # From zero, with room for a text below it.
+    ax.update_datalim([(0.0, -0.06 * values.max())])
+    ax.autoscale_view()
+    if label:
+        legend_above(ax)
+    return ax
+
+
+Array = NDArray[np.float64]
+
+_CUTS = 65
+
+
+def crushing_domain(
+    result: bs.CaseResult, interface: str, *, about: str = "s", iteration: int = -1, ax: Axes | None = None
+) -> Axes:
+    """Draw the N–M domain of an interface that crushes, and its iterations.
+
+    The boundary belongs to a rectangular stress block of the compressive strength on one side of a neutral axis
+    parallel to ``about``, and the tensile strength on the other. For a rectangle without tensile strength it is ``|M| =
+    (N b / 2) (1 − N / (f_c A))``, which is the condition itself with the uniaxial interaction. That limits bending
+    about each axis separately, so the other axis may be the one that crushes. With the biaxial interaction, and for
+    joints in cells, bending about the other axis makes the domain smaller than drawn. The title therefore states the
+    utilisation of crushing, and any bending about the other axis.
+
+    Parameters
+    ----------
+    result
+        The result of a case.
+    interface
+        Name of the interface.
+    about
+        Axis of the bending moment, ``"s"`` or ``"t"`` of the interface's frame.
+    iteration
+        The marked iteration; earlier ones are drawn as a path.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the joint material of the interface has no compressive strength, the axis is unknown, or the case has no
+        iterations.
+    UnknownNameError
+        If the interface or the iteration is unknown.
+    """
+    model = given_result(result, "crushing_domain").model
+    k = chosen_interface(model, interface)
+    last = chosen_iteration(result, iteration)
+    if about not in ("s", "t"):
+        msg = f"crushing_domain: about {about!r}; give 's' or 't', an axis of the interface"
+        raise bs.errors.ModelError(msg)
+    joint = model.interfaces[k]
+    strength, tension = joint.joint_material.compressive_strength, joint.joint_material.tensile_strength
+    if not np.isfinite(strength):
+        msg = (
+            f"interface {interface!r}: its joint material {joint.joint_material.name!r} has no compressive strength, "
+            "so there is no crushing domain; give the JointMaterial one, or choose another interface"
+        )
+        raise bs.errors.ModelError(msg)
+
+    frame = result.history["interface_frame"].to_numpy()[k]
+    plane = (np.asarray(joint.polygon) - joint.centroid) @ frame[1:].T
+    # A pressure p at (s, t) has the moments t p about s and −s p about t.
+    plane = plane if about == "s" else plane[:, ::-1] * (1, -1)
+    # The tensile strength acts on the whole area, without a moment, and both strengths together beyond the neutral
+    # axis.
+    N, M = stress_blocks(plane, strength + tension)
+    N = N - tension * joint.area
+    resultants = result.resultants.isel(interface=k)
+    force = resultants["force"].sel(component="n").to_numpy()[: last + 1]
+    moment = resultants["moment"].sel(component=about).to_numpy()[: last + 1]
+
+    ax = new_axes(ax)
+    n_factor, n_unit = readable(N, "N")
+    m_factor, m_unit = readable(M, "N·m")
+    ax.fill(N * n_factor, M * m_factor, facecolor="0.95", edgecolor="0.35", lw=1)
+    ax.plot(force * n_factor, moment * m_factor, ".-", color=ACCENT, lw=0.8, ms=4, label="iterations")
+    ax.plot(force[-1] * n_factor, moment[-1] * m_factor, "D", color=FORCE, ms=6, label=f"iteration {last}")
+    ax.margins(0.08)
+    ax.set(xlabel=f"N [{n_unit}]", ylabel=f"M about {about} [{m_unit}]")
+    ax.set_title(_title(result, k, last, "t" if about == "s" else "s"), fontsize="small", loc="left")
+    # The domain has points at both ends, so its corners are free.
+    ax.legend(frameon=False, fontsize="small", loc="upper left")
+    return ax
+
+
+def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
+    """Return the utilisation of the interface, and its bending about the other axis.
+
+    Bending is left out if its eccentricity is below a thousandth of the square root of the area.
+    """
+    history = result.history.isel(iteration=[iteration])
+    name = verbatim(str(history["interface"].to_numpy()[k]))
+    used = float(bs.results.utilisation(history)["crushing"].isel(iteration=0, interface=k))
+    if math.isnan(used):
+        return f"{name}\nnot pressed"
+    lines = [name, f"utilisation of crushing {used:.2f}"]
+    last = bs.results.interface_resultants(history).isel(iteration=0, interface=k)
+    force, moment = float(last["force"].sel(component="n")), abs(float(last["moment"].sel(component=other)))
+    if moment / force > 1e-3 * math.sqrt(float(history["interface_area"].to_numpy()[k])):
+        factor, unit = readable(moment, "N·m")
+        points = history["interface_of_contact_point"].to_numpy() == k
+        in_cells = np.isfinite(history["cell_strength"].to_numpy()[points]).all()
+        reduced = in_cells or result.settings.crushing_interaction == "biaxial"
+        lines.append(f"{moment * factor:.3g} {unit} about {other}" + (" reduces the domain" if reduced else ""))
+    return "\n".join(lines)
+
+
+def stress_blocks(polygon: Array, strength: float) -> tuple[Array, Array]:
+    """Return normal forces and moments of stress blocks, around the domain.
+
+    Parameters
+    ----------
+    polygon : (k, 2) array
+        Corners about the centroid, m; the moment is the force times their second coordinate.
+    strength
+        Pa.
+    """
+    area, static = bs.results.parts_beyond(polygon, np.array([0.0, 1.0]), np.linspace(1, 0, _CUTS))
+    # From the whole interface to its upper edge, and back along the lower one.
+    rest_area, rest_static = area[0] - area, static[0] - static
+    return strength * np.concatenate([area, rest_area]), strength * np.concatenate([static, rest_static])
+
 
 _MARKERS = {
     bs.vocabulary.Stage.DEAD_LOAD.value: "x",

@@ -12,10 +12,9 @@ import blockstruct as bs
 from blockstruct.text import SMALL
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas, legend_above, verbatim
-from blockstruct.views.selection import application_points, chosen_iteration, given_result
-from blockstruct.views.solids import Solids, TieLines
+from blockstruct.views.selection import application_points, chosen_iteration, contact_forces, given_result
+from blockstruct.views.solids import Solids, TieLines, block_pairs, load_arrows, round_value
 from blockstruct.views.style import ACCENT, ARROW, FORCE, PALE_EDGE, PALE_STONE, TIE
-from blockstruct.views.view import load_arrows, round_value
 
 Array = NDArray[np.float64]
 
@@ -49,9 +48,7 @@ def forces(
         acts = np.isfinite(points).all(axis=1)
     elif at == "contact points":
         history = result.history.isel(iteration=index)
-        frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        points = history["contact_point_position"].to_numpy()
-        force = np.einsum("kc,kca->ka", history["contact_force"].transpose("contact_point", "component"), frame)
+        points, force = history["contact_point_position"].to_numpy(), contact_forces(history)
         acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
     else:
         msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
@@ -112,11 +109,9 @@ def _key(canvas: Canvas, points: Array, length: float, text: str) -> Array:
 
 def _thrust_segments(model: bs.Model, points: Array) -> Array:
     """Return segments (S, 2, 3) between the two compressed points of every free block that has just two."""
-    number = {b.name: i for i, b in enumerate(model.blocks)}
     fixed = np.array([b.fixed for b in model.blocks])
     pressed = np.flatnonzero(np.isfinite(points).all(axis=1))
-    ends = np.array([(number[model.interfaces[i].minus], number[model.interfaces[i].plus]) for i in pressed])
-    blocks, interfaces = ends.T.ravel(), np.tile(pressed, 2)
+    blocks, interfaces = block_pairs(model)[pressed].T.ravel(), np.tile(pressed, 2)
     order = np.argsort(blocks, kind="stable")
     block_of, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
     # A support may be pressed at several places without thrust between them.

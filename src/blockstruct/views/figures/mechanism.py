@@ -13,9 +13,8 @@ import blockstruct as bs
 from blockstruct.units import readable, si
 from blockstruct.views.figures.canvas import Canvas, legend_above, stones
 from blockstruct.views.selection import chosen_iteration, given_result, moving_bodies
-from blockstruct.views.solids import Solids
+from blockstruct.views.solids import Solids, driving, push
 from blockstruct.views.style import AMPLITUDE, ARROW, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
-from blockstruct.views.view import driving, push
 
 Array = NDArray[np.float64]
 

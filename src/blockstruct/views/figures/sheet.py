@@ -13,9 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import blockstruct as bs
-from blockstruct.views.figures.capacity import capacity
-from blockstruct.views.figures.diagrams import certificate, convergence, response
-from blockstruct.views.figures.domain import crushing_domain
+from blockstruct.views.figures.diagrams import capacity, certificate, convergence, crushing_domain, response
 from blockstruct.views.figures.forces import forces, loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.structure import structure

@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.text import SMALL
-from blockstruct.views.figures.bodies import Lines
-from blockstruct.views.figures.canvas import Canvas, legend_above, stones
+from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones
 from blockstruct.views.selection import application_points, chosen_iteration, given_result
-from blockstruct.views.solids import Solids
+from blockstruct.views.solids import Solids, View
 from blockstruct.views.style import ACCENT, FORCE, LINE, STATE_COLOURS, UTILISATION, parts
-from blockstruct.views.view import View
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 import blockstruct as bs
 from blockstruct.text import SMALL
 from blockstruct.units import readable, short_unit
+from blockstruct.views.console import out_of_the_ordinary
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
-from blockstruct.views.study_text import out_of_the_ordinary
 from blockstruct.views.style import ACCENT, FORCE, GHOST
 
 _SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}

@@ -1,7 +1,15 @@
-"""The page as text, as a file, and in a cell of a notebook."""
+"""The page and its data as text, as a file, and in a cell of a notebook.
 
+The data are the geometry once, and all iterations of every case. Arrays are base64 of deflated little-endian numbers.
+Places and forces are float32, and places have an origin near the structure, since survey coordinates exceed float32.
+Values that are only drawn, or read to three digits, are float16.
+"""
+
+import base64
 import json
 import re
+import zlib
+from collections.abc import Mapping
 from functools import cached_property
 from html import escape
 from importlib import import_module
@@ -9,11 +17,40 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from plotly.offline import get_plotlyjs
 
 import blockstruct as bs
+from blockstruct.units import readable
+from blockstruct.views.console import plain
 from blockstruct.views.output import write_text
-from blockstruct.views.page.payload import payload
+from blockstruct.views.selection import moving_bodies, shown_results
+from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
+from blockstruct.views.style import (
+    ACCENT,
+    AMPLITUDE,
+    BODY_COLOURS,
+    EDGE,
+    FORCE,
+    GHOST,
+    MEASURES,
+    STATE_COLOURS,
+    STONE,
+    SUPPORT,
+    TIE_COLOURS,
+    UTILISATION,
+    parts,
+)
+from blockstruct.views.words import (
+    admissible_words,
+    certificate_words,
+    pushover_words,
+    range_words,
+    spread_words,
+    status_words,
+    warning_words,
+)
 
 #: Suffixes of files that are not pages.
 _NO_PAGES = (".pdf", ".png", ".svg")
@@ -139,3 +176,234 @@ def _widget(page: str, height: int) -> Any:
         "picked": traitlets.Unicode("").tag(sync=True),
     }
     return type("Page", (anywidget.AnyWidget,), contents)()
+
+
+Array = npt.NDArray[np.float64]
+
+
+def payload(analysis: bs.Analysis) -> dict[str, Any]:
+    """Return all data of the page, as plain values for JSON.
+
+    Raises
+    ------
+    ModelError
+        If no case of the analysis has an iteration.
+    """
+    model = analysis.model
+    shown = [r for r in analysis.values() if r.n_iterations]
+    if not shown:
+        ended = "; ".join(map(str, analysis.values())) or "it has no case"
+        remedy = "run it again"
+        if any(r.response is not None for r in analysis.values()):
+            remedy = "a page plays no records, but blockstruct figures draws them"
+        msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); {remedy}"
+        raise bs.errors.ModelError(msg)
+    solids = Solids.of(model)
+    origin = _origin(solids)
+    # Open a spread with the run as given.
+    first = next((r for r in shown_results(analysis) if r.n_iterations), shown[0])
+    return {
+        "name": model.name,
+        "look": {
+            "stone": STONE,
+            "support": SUPPORT,
+            "ghost": GHOST,
+            "edge": EDGE,
+            "force": FORCE,
+            "dead": ACCENT,
+            "amplitude": AMPLITUDE,
+            "full": bs.results.FULLY_USED,
+            "eye": eye(first).tolist(),
+            "states": STATE_COLOURS,
+            "ties": TIE_COLOURS,
+            "utilisation": UTILISATION,
+            "bodies": BODY_COLOURS,
+        },
+        "origin": origin.tolist(),
+        "blocks": _blocks(model, solids, origin),
+        "interfaces": _interfaces(model, shown[0], origin),
+        "ties": _ties(model, origin),
+        "cases": [_case(result, _head(analysis, result), solids, origin) for result in shown],
+        "first": next(k for k, r in enumerate(shown) if r is first),
+        "omitted": [f"{r.name}: {r.headline}" for r in analysis.values() if not r.n_iterations],
+    }
+
+
+def _origin(solids: Solids) -> Array:
+    """Return round coordinates (3,) near the middle of a structure, m; zero within about ten times its size."""
+    step = 10.0 ** (np.ceil(np.log10(solids.size)) + 1)
+    low, high = solids.vertices.min(axis=0), solids.vertices.max(axis=0)
+    # Adding zero removes the sign of −0.
+    return np.asarray(np.round((low + high) / 2 / step) * step + 0.0)
+
+
+def _blocks(model: bs.Model, solids: Solids, origin: Array) -> dict[str, Any]:
+    corners, _ = triangles(solids.vertices, solids.loops)
+    return {
+        "name": [b.name for b in model.blocks],
+        "material": [b.material.name for b in model.blocks],
+        "support": ["support" if b.fixed else f"held in {', '.join(b.held)}" * bool(b.held) for b in model.blocks],
+        "weight": [b.weight for b in model.blocks],
+        "volume": [b.volume for b in model.blocks],
+        "size": solids.size,
+        "centroids": _packed(solids.centroids - origin, "<f4"),
+        "vertices": _packed(solids.vertices - origin, "<f4"),
+        "of_vertex": _packed(solids.block_of_vertex, "<i4"),
+        "triangles": _packed(corners, "<i4"),
+        "edges": _packed(solids.edges, "<i4"),
+    }
+
+
+def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[str, Any]:
+    patches, pairs = Patches.of(model), block_pairs(model)
+    return {
+        "name": [i.name for i in model.interfaces],
+        "joint": [i.joint_material.name for i in model.interfaces],
+        "area": [i.area for i in model.interfaces],
+        "minus": pairs[:, 0].tolist(),
+        "plus": pairs[:, 1].tolist(),
+        "centroids": _packed(np.array([i.centroid for i in model.interfaces]) - origin, "<f4"),
+        "frames": _packed(result.history["interface_frame"].to_numpy(), "<f4"),
+        "vertices": _packed(patches.vertices - origin, "<f4"),
+        "of_vertex": _packed(patches.of_vertex, "<i4"),
+        "triangles": _packed(patches.corners, "<i4"),
+        "of_triangle": _packed(patches.of_triangle, "<i4"),
+    }
+
+
+def _ties(model: bs.Model, origin: Array) -> dict[str, Any]:
+    lines = TieLines.of(model)
+    return {
+        "name": lines.names,
+        "of_vertex": _packed(lines.blocks.ravel(), "<i4"),
+        "vertices": _packed(lines.ends.reshape(-1, 3) - origin, "<f4"),
+    }
+
+
+def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
+    """Return the load factor, of the run as given in a spread, and the sentences below it."""
+    spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
+    plain = result if spread is None else spread.given
+    below = [] if result is plain else [status_words(plain)]
+    below += [] if spread is None else [spread_words(spread)]
+    below += [range_words(result), warning_words(plain), admissible_words(result)]
+    return {"number": plain.headline.number, "below": [text for text in below if text]}
+
+
+def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: Array) -> dict[str, Any]:
+    history, resultants = result.history, result.resultants
+    force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
+    eccentricity = resultants["eccentricity"].transpose("iteration", "interface", "in_plane").to_numpy()
+    pressed = bs.results.is_pressed(history, resultants)[..., None]
+    largest = np.nan_to_num(np.abs(force)).max(axis=(1, 2))
+    states = result.states.to_numpy()
+    texts, index = np.unique(states.astype(str), return_inverse=True)
+    motion = [bs.results.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
+    answer = result.answer
+    answers = history["load_factor"].to_numpy() * answer.factor
+    scale, unit = readable(answers, answer.unit) if answer.is_reaction else (1.0, "")
+    velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
+    return {
+        "name": result.name,
+        "loads": _loads(result),
+        "arrows": _arrows(result, origin),
+        "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
+        "head": head,
+        "status": " ".join([status_words(result), *pushover_words(result)]),
+        "certificate": certificate_words(result),
+        "stage": [stage.replace("_", " ") for stage in history["stage"].to_numpy().tolist()],
+        "answers": plain((answers * scale).tolist()),
+        "measures": {label: plain(history[name].to_numpy().tolist()) for name, (label, *_) in MEASURES.items()},
+        "largest": np.where(largest > 0, largest, 1.0).tolist(),
+        "force": _packed(force, "<f4"),
+        "eccentricity": _packed(np.where(pressed, eccentricity, np.nan), "<f4"),
+        "states": texts.tolist(),
+        "gravest": [parts(text)[0] for text in texts],
+        "state": _packed(index.reshape(states.shape), "<u2"),
+        "velocity": _packed(np.array(velocity), "<f2"),
+        "share": [solids.drawn_share(solids.displacement(result, i)) for i in range(result.n_iterations)],
+        **_bodies(result),
+        "tie": _tie_rows(result),
+        **_utilisation(history),
+        **_pushover(result, origin),
+    }
+
+
+def _bodies(result: bs.CaseResult) -> dict[str, Any]:
+    """Return the macro-blocks of the last mechanism: the body of each block, −1 at rest."""
+    if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+        return {"body": [-1] * len(result.model.blocks), "bodies": []}
+    body, moving = moving_bodies(result, result.n_iterations - 1)
+    return {
+        "body": body.tolist(),
+        "bodies": [{"name": one.name, "weight": one.total, "carried": one.carried} for one in moving],
+    }
+
+
+def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
+    """Return state and force of each tie in every iteration."""
+    if not result.model.ties:
+        return []
+    states, force = bs.ties.tie_state(result.history).to_numpy(), bs.results.tie_forces(result.history)
+    return [
+        list(zip(row.tolist(), plain(values.tolist()), strict=True)) for row, values in zip(states, force, strict=True)
+    ]
+
+
+def _loads(result: bs.CaseResult) -> str:
+    masses = result.masses
+    return f"{result.case.question}. {masses}" if masses else result.case.question
+
+
+def _arrows(result: bs.CaseResult, origin: Array) -> list[dict[str, Any]]:
+    """Return the forces of the dead and the variable load, scaled to a largest length of one in each."""
+    return [
+        {
+            "grows": arrows.grows,
+            "block": arrows.block.tolist(),
+            "point": _packed(arrows.point - origin, "<f4"),
+            "vector": _packed(arrows.force / arrows.largest, "<f4"),
+        }
+        for arrows in load_arrows(result)
+    ]
+
+
+def _utilisation(history: Any) -> Mapping[str, str]:
+    used = bs.results.utilisation(history)
+    return {kind: _packed(used[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
+
+
+def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
+    """Return the capacity curve, with the motion of every block in every step, (S, B, 12)."""
+    curve = result.capacity
+    if curve is None:
+        return {}
+    motion = np.concatenate(
+        [bs.results.block_rotations(curve).reshape(*curve["rotation"].shape[:2], 9), curve["position"] - origin], 2
+    )
+    return {
+        "pushover": {
+            "displacement": curve["displacement"].to_numpy().tolist(),
+            "symbol": result.answer.symbol,
+            "unit": result.answer.unit or "-",
+            "values": curve["reaction" if "reaction" in curve else "load_factor"].to_numpy().tolist(),
+            "motion": _packed(motion, "<f4"),
+            **_pushed_ties(result.model, curve),
+        }
+    }
+
+
+def _pushed_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
+    """Return state, force and elongation of each tie in every step."""
+    if "tie_force" not in curve:
+        return {}
+    columns = (curve[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+    states = bs.results.pushed_tie_state(model, curve).to_numpy().tolist()
+    rows = zip(states, *(plain(values.tolist()) for values in columns), strict=True)
+    return {"tie": [list(zip(*row, strict=True)) for row in rows]}
+
+
+def _packed(values: npt.ArrayLike, kind: str) -> str:
+    with np.errstate(over="ignore"):
+        raw = np.ascontiguousarray(values, dtype=kind).tobytes()
+    return base64.b64encode(zlib.compress(raw)).decode("ascii")

@@ -11,12 +11,22 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.text import Scope, assumption_sentences, masses_below, report
 from blockstruct.units import readable
+from blockstruct.views.console import directions_text, parameter_texts
 from blockstruct.views.figures import drawings, overview
-from blockstruct.views.report.pictures import address, geometry_picture, mechanism_picture, relied_motion
-from blockstruct.views.report.summary import beginning_words, relied_on
-from blockstruct.views.report.verification import Notes, checked, shared_sections, undemanded, verification
+from blockstruct.views.report.summary import (
+    Notes,
+    beginning_words,
+    checked,
+    geometry_picture,
+    mechanism_picture,
+    picture,
+    relied_motion,
+    relied_on,
+    shared_sections,
+    undemanded,
+    verification,
+)
 from blockstruct.views.selection import shown_results
-from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
     cells_of,
@@ -67,7 +77,7 @@ def contents(
         "tags": list(analysis.tags),
         "parameters": parameter_texts(analysis),
         "directions": directions_text(analysis),
-        "overview": [{"caption": d.caption, "address": address(d)} for d in overview(analysis)],
+        "overview": [picture(d) for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³"), _source(m)) for m in model.materials.values()],
@@ -314,11 +324,7 @@ def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]], d
         "notes": _numbers(r, notes, checks),
         "checks": checks,
         "picture": mechanism_picture(drawn),
-        "pictures": [
-            {"caption": d.caption, "address": address(replace(d, size=_SMALL))}
-            for d in drawings(r)
-            if d.name in _DETAILS
-        ],
+        "pictures": [picture(replace(d, size=_SMALL)) for d in drawings(r) if d.name in _DETAILS],
     }
 
 

@@ -1,17 +1,212 @@
-"""The first page of a report: the number to rely on, and what to know with it."""
+"""The first page of a report: the number to rely on, and what to know with it; its checks and pictures."""
 
-from collections.abc import Mapping, Sequence
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 
 import blockstruct as bs
+from blockstruct import text
 from blockstruct.text import NoteCode, report
-from blockstruct.views.report.pictures import mechanism_picture, relied_motion
-from blockstruct.views.report.verification import Notes
+from blockstruct.views import figures
+from blockstruct.views.figures.sheet import Drawing
+from blockstruct.views.selection import moving_bodies
+from blockstruct.views.style import BODY_COLOURS
+
+#: Width and height, inches: the mechanism of a direction is 9 cm high or more, with its legend next to it.
+_MECHANISM, _GEOMETRY, _DIAGRAM = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9)
+
+
+def picture(drawing: Drawing) -> dict[str, Any]:
+    """Return the caption of a picture, and the picture as a ``data:`` address."""
+    content = base64.b64encode(drawing.picture()).decode("ascii")
+    return {"caption": drawing.caption, "address": f"data:image/png;base64,{content}"}
+
+
+def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
+    """Return the picture of the mechanism with its load, and the legend of its bodies; None without a mechanism.
+
+    Bodies below two percent of the moving weight are one entry of the legend.
+    """
+    if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+        return None
+
+    def draw(ax: Axes) -> None:
+        figures.mechanism(result, colour="macro-block", ax=ax)
+        if legend := ax.get_legend():
+            legend.remove()
+
+    return picture(Drawing("mechanism", _moves(result), draw, _MECHANISM)) | {"bodies": _bodies(result)}
+
+
+def relied_motion(check: bs.assess.LocalMechanismCheck) -> bs.CaseResult:
+    """Return the case with the motion that a check relies on, and with the load factor that activates it."""
+    result = check.governing
+    if not check.alpha0 > 0:
+        return result
+    load_factor = check.verdict.governing.alpha / check.alpha0 * result.load_factor
+    return result.changed(outcome=replace(result.outcome, load_factor=load_factor))
+
+
+def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
+    """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
+    moving = moving_bodies(result, -1)[1]
+    whole = sum(body.total for body in moving)
+    large = [body for body in moving if body.total >= text.SMALL * whole]
+    rows = [
+        {
+            "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
+            "name": body.name,
+            "weight": _kilonewtons(body.total, body.carried),
+            "motion": text.motion_clause(body.translation, body.axis, body.centroid, body.speed),
+        }
+        for k, body in enumerate(large)
+    ]
+    small = moving[len(large) :]
+    if small:
+        weights = (sum(body.total for body in small), sum(body.carried for body in small))
+        rows.append(
+            {"colour": "", "name": text.smaller_bodies(len(small)), "weight": _kilonewtons(*weights), "motion": ""}
+        )
+    return rows
+
+
+def _kilonewtons(total: float, carried: float) -> str:
+    return f"{text.kilonewton(total)}{f', {text.kilonewton(carried)} of it carried' if carried else ''}"
+
+
+def geometry_picture(model: bs.Model) -> dict[str, str]:
+    """Return the picture of the model with its overall dimensions."""
+    caption = "The structure with its overall dimensions; supports are darker"
+    return picture(Drawing("geometry", caption, lambda ax: figures.dimensions(model, ax=ax), _GEOMETRY))
+
+
+def _moves(result: bs.CaseResult) -> str:
+    """Return the caption of a mechanism."""
+    if bs.vocabulary.Stage(result.history["stage"].to_numpy()[-1]).is_of_dead_load:
+        return f"How “{result.name}” moves under its dead load alone, to first order: its bodies in colours"
+    answer = f"{result.answer.name} {result.answer.symbol}"
+    what = f"the {answer}" if result.answer.is_reaction else f"the variable load and its {answer}"
+    if result.status is not bs.Status.CONVERGED:
+        return (
+            f"Motion of the last iteration of “{result.name}”, without a collapse state: its bodies in colours, "
+            f"{what} there"
+        )
+    return f"How “{result.name}” moves, to first order: its bodies in colours, {what}"
+
+
+def capacity_picture(check: bs.assess.LocalMechanismCheck) -> dict[str, str] | None:
+    """Return the picture of capacity curve and demand; None without a check by displacement."""
+    if "SLV, by displacement" not in check.limit_states:
+        return None
+    caption = "Capacity curve and demand at SLV; the ray is that of the equivalent period"
+    return picture(Drawing("verification", caption, lambda ax: figures.verification(check, ax=ax), _DIAGRAM))
+
 
 Check = bs.assess.LocalMechanismCheck
+
+
+class Notes:
+    """Texts in the order in which they are first cited."""
+
+    def __init__(self) -> None:
+        self._number: dict[str, int] = {}
+
+    def numbers(self, texts: Iterable[str]) -> list[int]:
+        """Return the numbers of notes, and list those that are new."""
+        return [self._number.setdefault(text, len(self._number) + 1) for text in texts]
+
+    def listed(self) -> list[tuple[int, str]]:
+        """Return the number and the text of every note."""
+        return [(number, text) for text, number in self._number.items()]
+
+
+def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, Check]]:
+    """Return each check with its case. Equal checks count once.
+
+    Raises
+    ------
+    ModelError
+        If an argument is not a check, or a check belongs to another model, to a case that the analysis does not have,
+        or to another load factor than the report's.
+    """
+    given = tuple(checks) if isinstance(checks, Iterable) else (checks,)
+    if not isinstance(checks, Iterable) or not all(isinstance(check, Check) for check in given):
+        msg = (
+            f"report of {analysis.model.name!r}: checks: {', '.join(type(each).__name__ for each in given)}; give a "
+            "list of what assess.local_mechanism returns, as in checks=[check]"
+        )
+        raise bs.errors.ModelError(msg)
+    runs = {name: name for name in analysis.headlines}
+    for case, spread in analysis.spreads.items():
+        runs |= dict.fromkeys((r.name for r in spread.results.values()), case)
+    checks_by_name: dict[tuple[str, str], Check] = {}
+    for check in given:
+        name = check.result.name
+        if check.result.model.hash != analysis.model.hash or name not in runs:
+            msg = (
+                f"report of {analysis.model.name!r}: the check is of case {name!r} of model "
+                f"{check.result.model.name!r}, which is not part of it; check a result of this analysis"
+            )
+            raise bs.errors.ModelError(msg)
+        case, spreads = runs[name], analysis.spreads
+        relied = (spreads[case].relied_on if case in spreads else analysis[case]).load_factor
+        if check.result.load_factor not in (relied, analysis[case].load_factor):
+            msg = (
+                f"report of {analysis.model.name!r}: the check is of the load factor {check.result.load_factor:.4g}, "
+                f"but {case!r} has {relied:.4g}; check analysis.spread({case!r})"
+            )
+            raise bs.errors.ModelError(msg)
+        # Of two checks that print the same, keep one, whichever was made first.
+        checks_by_name.setdefault((runs[name], str(check)), check)
+    return [(case, check) for (case, _), check in checks_by_name.items()]
+
+
+def undemanded(analysis: bs.Analysis) -> str:
+    """Return what an analysis without a check leaves open."""
+    settles = all(isinstance(result.case, bs.SettlementCase) for result in analysis.values())
+    return report.NO_DEMAND_OF_REACTION if settles and len(analysis) else report.NO_DEMAND
+
+
+def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
+    """Return verdict, notes, picture and every formula of a check."""
+    verdict = check.verdict
+    return {
+        "name": name,
+        "verdict": str(verdict),
+        # The status of an unsettled case says more.
+        "missed": not (check.satisfied or check.result.drifts),
+        "ratio": verdict.state.ratio_text(),
+        "state": check.relied_on,
+        "e_star": f"{verdict.governing.e_star:.3g}",
+        "a0_star": f"{check.acceleration:.4g} m/s²",
+        "notes": notes.numbers(note.text for note in check.notes),
+        "picture": {"is_detail": check.method == "linear", **drawn} if (drawn := capacity_picture(check)) else None,
+        "sections": [
+            {
+                "title": part.title,
+                "lines": [(line.what, line.formula, line.source) for line in part.lines],
+                "is_detail": part.is_detail,
+            }
+            for part in check.sections
+        ],
+    }
+
+
+def shared_sections(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Take the sections that all checks have alike out of them, and return them once: spectrum, coefficients."""
+    if not found:
+        return []
+    first, *others = (check["sections"] for check in found)
+    shared = [part for part in first if all(part in sections for sections in others)] if others else []
+    for check in found:
+        check["sections"] = [part for part in check["sections"] if part not in shared]
+    return shared
+
 
 #: Statuses without a load factor, the proven collapse first.
 _WORST_FIRST = (
@@ -37,18 +232,9 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
     name, check = _governing(loaded, checks)
     if name is None:
-        nothing = {
-            "name": "",
-            "sentence": report.NO_CASE,
-            "between": "",
-            "curves": [],
-            "figures": [],
-            "notes": [],
-            "missed": [],
-        }
-        return nothing | {"picture": None, "holds": None}
-    head = heads[name]
-    result = analysis[name]
+        nothing = dict.fromkeys(("curves", "figures", "notes", "missed"), ()) | dict.fromkeys(("picture", "holds"))
+        return nothing | {"name": "", "sentence": report.NO_CASE, "between": ""}
+    head, result = heads[name], analysis[name]
     begins = beginning_words(result)
     of_check = [note.text for note in check.notes] if check else []
     texts = [*result.warnings, *result.owed, *of_check]
@@ -67,7 +253,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         figures += [
             {
                 "what": "capacity / demand",
-                "number": _ratio(check),
+                "number": check.limit_state.ratio_text(),
                 "more": [check.relied_on, check.outcome, verdict.figures],
             },
             {
@@ -145,10 +331,6 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
     missed.sort(key=lambda item: item[1].ratio)
     facts = [(name, check.relied_on, check.ratio, check.outcome) for name, check in missed]
     return [report.other_checks(facts)] if facts else []
-
-
-def _ratio(check: Check) -> str:
-    return check.limit_state.ratio_text()
 
 
 def beginning_words(result: bs.CaseResult) -> str:
