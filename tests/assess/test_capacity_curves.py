@@ -12,6 +12,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from facades import DEPTH, DRY, HEIGHT, LENGTH, SITE, STONE, case, checked, codes, facade, pushed_over, run, tied
+from meshes import QUADS
 from structures import SELF_WEIGHT, model_of, push
 
 g = 9.80665
@@ -241,9 +242,8 @@ def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
 def leaning(*limits):
     """A wall 0.5 m × 3 m that leans by 0.7 m towards -y, held by ties of 10 kN to a wall 3.5 m behind, at 2.8 m."""
     corners = [[x, y - 0.7 * z / 3, z] for z in (0, 3) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
-    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     blocks = [
-        bs.Block.from_faces("wall", Q_(corners, "m"), faces, STONE),
+        bs.Block.from_faces("wall", Q_(corners, "m"), QUADS, STONE),
         bs.Block.box("ground", "[-1, -3, -1] m", "[3, 8, 1] m", STONE, fixed=True),
         bs.Block.box("back", "[0, 3, 0] m", "[1, 1, 3] m", STONE, fixed=True),
     ]

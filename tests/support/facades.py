@@ -25,13 +25,9 @@ def facade(joint=DRY):
 
 
 def small_blocks(joint=DRY, courses=12):
-    size = {
-        "unit_length": "1 m",
-        "unit_height": Q_(HEIGHT / courses, "m"),
-        "thickness": Q_(DEPTH, "m"),
-        "material": STONE,
-    }
-    return model_of(bs.wall(length=Q_(LENGTH, "m"), courses=courses, **size), joint, "façade of small blocks")
+    size = {"length": Q_(LENGTH, "m"), "unit_height": Q_(HEIGHT / courses, "m"), "thickness": Q_(DEPTH, "m")}
+    blocks = bs.wall(**size, unit_length="1 m", courses=courses, material=STONE)
+    return model_of(blocks, joint, "façade of small blocks")
 
 
 def case(variable=None, dead=SELF_WEIGHT, flow="nonassociative"):
@@ -59,23 +55,19 @@ def by_hand(result, edge=EDGE, **more):
 def tied(breaks_at=None, force=20, bars=1, to=(4, 5), fixed=False, joint=DRY, **more):
     """The façade with ties at 5 m to a wall 4 m behind it, or to another point (y, z)."""
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 9, 0.5] m", STONE, fixed=True)
-    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
-    back = bs.Block.box(
-        "back", Q_([0, min(to[0], 4), 0], "m"), Q_([LENGTH, 3, max(HEIGHT, to[1])], "m"), STONE, fixed=fixed
-    )
+    wall = facade().blocks[1]
+    at, size = Q_([0, min(to[0], 4), 0], "m"), Q_([LENGTH, 3, max(HEIGHT, to[1])], "m")
+    back = bs.Block.box("back", at, size, STONE, fixed=fixed)
     found = bs.detect_interfaces([ground, wall, back], joint_material=joint)
+    more |= {"yield_force": Q_(force, "kN")}
     more |= {} if breaks_at is None else {"elongation_limit": Q_(breaks_at, "m")}
     ties = [
-        bs.Tie(
-            f"bar {k}", ("façade", Q_([x, 0, 5], "m")), ("back", Q_([x, *to], "m")), yield_force=Q_(force, "kN"), **more
-        )
+        bs.Tie(f"bar {k}", ("façade", Q_([x, 0, 5], "m")), ("back", Q_([x, *to], "m")), **more)
         for k, x in enumerate(np.linspace(0, LENGTH, bars + 2)[1:-1])
     ]
     return bs.Model("tied façade", [ground, wall, back], found, ties=ties)
 
 
 def pushed_over(model, steps=30):
-    control = ("façade", (0, -1, 0))
-    return bs.run(model, bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=control, steps=steps))[
-        "out of plane"
-    ]
+    pushed = bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=steps)
+    return bs.run(model, pushed)["out of plane"]

@@ -20,7 +20,7 @@ from blockstruct import Q_
 from blockstruct.limit import crushing
 from blockstruct.results.interfaces import beyond_rectangle
 from blockstruct.text import NoteCode, effect_note
-from structures import box, divided, extruded, model_of, moved, push, random_frame, rotation, single_block, solve
+from structures import STONE, box, divided, extruded, model_of, moved, push, random_frame, rotation, single_block, solve
 
 EXACT = {"crushing": "conic"}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}
 
@@ -72,9 +72,8 @@ def test_a_joint_that_bears_next_to_nothing_is_no_worse_than_its_digits():
 def test_a_corner_of_walls_that_crush_about_both_axes_converges():
     """Where a joint inside the walls bears 1e-4 of a block, its rounding left this case without a certificate."""
     size = {"unit_length": "0.5 m", "unit_height": "0.5 m", "thickness": "0.4 m"}
-    stone = bs.Material("stone", "20 kN/m^3")
     side = bs.structures.Sidewall("left", at="0 m", length="1.5 m")
-    blocks = bs.wall(length="2 m", courses=3, material=stone, sidewalls=[side], **size)
+    blocks = bs.wall(length="2 m", courses=3, material=STONE, sidewalls=[side], **size)
     model = model_of(blocks, bs.JointMaterial("soft", 0.6, compressive_strength="500 kPa"))
     found = [
         solve(model, push(0, 1, 0), "nonassociative", procedure="fictitious", crushing_interaction=i)

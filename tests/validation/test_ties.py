@@ -7,9 +7,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, moved, push, rotation, solve
+from structures import SELF_WEIGHT, STONE, model_of, moved, push, rotation, solve
 
-STONE = bs.Material("stone", "20 kN/m^3")
 PROCEDURES = {
     "associative": {"flow": "associative"},
     "fictitious": {"flow": "nonassociative"},
@@ -83,15 +82,8 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
     ground = box("ground", -1, 0, -1, 6, 1, 1, fixed=True)
     heavy = bs.Block.box("heavy", Q_([x[1], 0, 0], "m"), Q_([lengths[1], 1, 4], "m"), STONE)
     row = [ground, box("anchor", 0, 0, 0, lengths[0], 1, 0.4, fixed=True), heavy, box("last", x[2], 0, 0, last, 1, 0.4)]
-    diameter, bond = 0.02, 20e3 / (math.pi * 0.02)
-    bar = bs.ties.BondedBar(
-        "bar",
-        Q_([-0.1, 0.5, 0.2], "m"),
-        Q_([x[3], 0.5, 0.2], "m"),
-        diameter=Q_(diameter, "m"),
-        bond_strength=Q_(bond, "Pa"),
-        yield_force="100 kN",
-    )
+    given = {"diameter": "20 mm", "bond_strength": Q_(20e3 / (math.pi * 0.02), "Pa"), "yield_force": "100 kN"}
+    bar = bs.ties.BondedBar("bar", "[-0.1, 0.5, 0.2] m", Q_([x[3], 0.5, 0.2], "m"), **given)
     blow = bs.LoadPattern("blow", [bs.PointLoad("last", Q_([x[2] + last / 2, 0.5, 0.2], "m"), Q_([1, 0, 0], "kN"))])
     result = solve(tied(row, [bar], mu), blow, **PROCEDURES[procedure])
     T = 20e3 * (last if governs == "its end" else lengths[0] + lengths[1])
@@ -110,13 +102,8 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
 def test_strip_at_the_surface():
     # Over the joint at the foot, on the face that opens: lever b instead of z.
     foot = box("foot", 0, 0, -1, 0.5, 1, 1, fixed=True)
-    strip = bs.ties.Strip(
-        "strip",
-        ("foot", Q_([0, 0.5, -0.1], "m")),
-        ("b0", Q_([0, 0.5, 0.2], "m")),
-        area=Q_(10, "mm^2"),
-        strength=Q_(300, "MPa"),
-    )
+    ends = ("foot", "[0, 0.5, -0.1] m"), ("b0", "[0, 0.5, 0.2] m")
+    strip = bs.ties.Strip("strip", *ends, area="10 mm^2", strength="300 MPa")
     result = solve(tied([foot, box("b0", 0, 0, 0, 0.5, 1, 2)], [strip]), push(1, 0, 0))
     assert result.load_factor == pytest.approx((20.0 * 0.25 + 3.0 * 0.5) / 20.0, rel=1e-6)
 
@@ -238,14 +225,8 @@ def leaning():
         box("slab", -1.5, 0, 0, 0.3, 1, 2),
     ]
     places = {"t": [("pier", -2.5, 1.5), ("b", 0.7, 1.5)], "w": [("post", 2.5, 1.9), ("slab", -1.2, 1.9)]}
-    return tied(
-        blocks,
-        [
-            bs.Tie(name, *((to, Q_([x, 0.5, z], "m")) for to, x, z in of), yield_force="20 kN")
-            for name, of in places.items()
-        ],
-        mu=0.7,
-    )
+    ends = {name: [(to, Q_([x, 0.5, z], "m")) for to, x, z in of] for name, of in places.items()}
+    return tied(blocks, [bs.Tie(name, *both, yield_force="20 kN") for name, both in ends.items()], mu=0.7)
 
 
 @pytest.mark.parametrize("wanted", [0.1, 0.3, 0.6])
@@ -306,14 +287,8 @@ def in_frame(model, R, shift, scale, order):
 @pytest.mark.parametrize("procedure", ["associative", "fictitious", "loading path"])
 def test_units_frame_and_numbering_do_not_matter(procedure):
     tie = tie_at(2.3, "b1", yield_force="6 kN", prestress="1 kN")
-    bar = bs.ties.BondedBar(
-        "bar",
-        Q_([0.2, 0.4, -0.5], "m"),
-        Q_([0.2, 0.4, 2.3], "m"),
-        diameter="10 mm",
-        bond_strength="0.2 MPa",
-        yield_force="5 kN",
-    )
+    given = {"diameter": "10 mm", "bond_strength": "0.2 MPa", "yield_force": "5 kN"}
+    bar = bs.ties.BondedBar("bar", "[0.2, 0.4, -0.5] m", "[0.2, 0.4, 2.3] m", **given)
     model = tied(tied_blocks(1.0, 1.5), [tie, bar])
     here = solve(model, push(1, 0.2, 0), **PROCEDURES[procedure])
     R = rotation((1, 2, 3), 0.7)
