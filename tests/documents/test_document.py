@@ -104,12 +104,8 @@ def test_joints_by_rule_with_tolerances_and_explicit_interfaces(tmp_path):
     shape = {"origin": ["0.2 mm", "0 m", "0 m"], "size": ["1 m", "1 m", "50 cm"]}
     content["blocks"][1] = {"name": "wedge", "material": "stone", "box": shape}
     content["load_patterns"]["push"].pop(2)
-    content["interfaces"] = {
-        "joint_material": {"base|*": "lime", "*": "dry"},
-        "tolerance": "1 mm",
-        "angle_tolerance": "2 deg",
-        "area_tolerance": "1 cm^2",
-    }
+    tolerances = {"tolerance": "1 mm", "angle_tolerance": "2 deg", "area_tolerance": "1 cm^2"}
+    content["interfaces"] = {"joint_material": {"base|*": "lime", "*": "dry"}, **tolerances}
     document = bs.read_document(write(tmp_path, content))
     assert joints_of(document) == {"base|wedge": "lime", "wedge|side": "dry"}
     limits = document.report.tolerances

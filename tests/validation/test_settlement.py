@@ -193,13 +193,8 @@ def test_a_tie_between_beam_and_ledge():
     while the tie pulls the ledge up by T.
     """
     model = beam()
-    tie = bs.Tie(
-        "tie",
-        start=("left", Q_([0.25, 0.5, -0.2], "m")),
-        end=("beam", Q_([0.25, 0.5, 0.5], "m")),
-        yield_force="10 kN",
-        prestress="5 kN",
-    )
+    ends = ("left", "[0.25, 0.5, -0.2] m"), ("beam", "[0.25, 0.5, 0.5] m")
+    tie = bs.Tie("tie", *ends, yield_force="10 kN", prestress="5 kN")
     tied = bs.Model("tied", model.blocks, model.interfaces, ties=[tie])
     result = settle(tied, ["left"], "-z", flow="associative")
     assert result.reaction.magnitude == pytest.approx(LEAST - 10e3 * 0.25 / (LENGTH - LEDGE), rel=1e-6)

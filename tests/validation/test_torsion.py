@@ -34,13 +34,8 @@ def block(torsion="uniform pressure", width=1.0, R=None, **joint):
 
 
 #: Two forces of 1 N, one metre apart, in the plane of the joint.
-COUPLE = bs.LoadPattern(
-    "couple",
-    [
-        bs.PointLoad("block", Q_([0.5, 0, 0], "m"), Q_([1, 0, 0], "N")),
-        bs.PointLoad("block", Q_([0.5, 1, 0], "m"), Q_([-1, 0, 0], "N")),
-    ],
-)
+FORCES = [bs.PointLoad("block", Q_([0.5, y, 0], "m"), Q_([x, 0, 0], "N")) for y, x in ((0, 1), (1, -1))]
+COUPLE = bs.LoadPattern("couple", FORCES)
 
 
 def solve(model, variable, flow="associative", dead=SELF_WEIGHT, **settings):
@@ -391,13 +386,8 @@ def test_torsion_of_a_block_that_does_not_move_has_a_note(flow):
         box("pier", [2, 0, 0], [0.3, 1, 1]),
     ]
     rocking = 0.15 * 0.3 * STONE.unit_weight / (0.999 * turning)
-    both = bs.LoadPattern(
-        "both",
-        [
-            bs.Moment("block", Q_([0, 0, 1], "N m")),
-            bs.PointLoad("pier", Q_([2, 0.5, 1], "m"), Q_([rocking, 0, 0], "N")),
-        ],
-    )
+    force = bs.PointLoad("pier", Q_([2, 0.5, 1], "m"), Q_([rocking, 0, 0], "N"))
+    both = bs.LoadPattern("both", [bs.Moment("block", Q_([0, 0, 1], "N m")), force])
     corners, limited = (
         solve(model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion)), both, flow)
         for torsion in ("corners", "uniform pressure")
