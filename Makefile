@@ -39,7 +39,6 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/crushing.py
 	$(BIN)/python benchmarks/detection.py
 	$(BIN)/python benchmarks/storage.py
-	$(BIN)/python benchmarks/studies.py
 	$(BIN)/python benchmarks/pushover.py
 
 bench-views: $(VENV)/installed-dev

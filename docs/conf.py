@@ -87,6 +87,30 @@ def mathml(display: str) -> tuple[Callable[[HTML5Translator, nodes.Element], Non
     return visit, None
 
 
+#: A hidden cell and the last line of each page of the gallery.
+SAME = """
+```{{code-cell}} ipython3
+:tags: [remove-cell]
+from pathlib import Path
+Path("{name}.yaml").unlink(missing_ok=True)
+cases = [r.case for r in around.analysis.values()] if "around" in globals() else [result.case]
+bs.documents.write_document("{name}.yaml", model, cases)
+assert bs.read_document("{name}.yaml").model.hash == model.hash
+```
+
+The same as a {{nb-download}}`notebook <{name}.ipynb>`
+and as a {{download}}`model document <{name}.yaml>`, for `blockstruct run`.
+"""
+
+
+def offer(app: Sphinx, page: str, source: list[str]) -> None:
+    """Offer a page of the gallery as a notebook and as a model document, which its run writes."""
+    folder, _, name = page.partition("/")
+    if folder == "gallery" and name:
+        source[0] += SAME.format(name=name)
+
+
 def setup(app: Sphinx) -> None:
-    """Tell Sphinx of them."""
+    """Register the formulas and the downloads."""
+    app.connect("source-read", offer)
     app.add_html_math_renderer("mathml", inline_renderers=mathml("inline"), block_renderers=mathml("block"))

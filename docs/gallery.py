@@ -42,19 +42,18 @@ def run(model: bs.Model, case: bs.LimitCase) -> Drawn:
     return model, result
 
 
-def wall_with_opening() -> Drawn:
-    """The wall of the README."""
-    half, jamb = [0.5, 1, 1, 1, 0.5], [0.5, 1, -1, 1, 0.5]
-    rows = [[1, 1, 1, 1], half, [1, 1, -1, 1], jamb, [1, 2, 1], half]
-    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "thickness": "0.3 m"}
-    return solved("wall with an opening, pushed", bs.courses(rows, **size, material=TUFF))
+def carried_out(page: Path) -> dict[str, Any]:
+    """Run the cells of a page, and return its names."""
+    cells = re.findall(r"```{code-cell} ipython3\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile("\n".join(cells), page.name, "exec"), names)
+    return names
 
 
-def arch() -> Drawn:
-    blocks = bs.arch(span="3.64 m", thickness="0.36 m", depth="0.6 m", voussoirs=15, material=TUFF)
-    quarter = next(b for b in blocks if b.name == "5")
-    load = bs.PointLoad(quarter.name, Q_(quarter.centroid, "m"), "[0, 0, -1] kN")
-    return solved("arch under a load at its quarter", blocks, bs.LoadPattern("1 kN", [load]))
+def of_page(name: str) -> Drawn:
+    """Return model and result of a page of the gallery."""
+    names = carried_out(HERE / "gallery" / f"{name}.md")
+    return names["model"], names["result"]
 
 
 def dome() -> Drawn:
@@ -119,8 +118,7 @@ def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (6.2,
 def thumbnails() -> None:
     """Run the pages of the gallery and draw the last figure of each, small."""
     for page in sorted((HERE / "gallery").glob("*.md")):
-        cells = re.findall(r"```{code-cell} ipython3\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-        exec(compile("\n".join(cells), page.name, "exec"), {})
+        carried_out(page)
         plt.gcf().set_size_inches(3.2, 2.4)
         plt.gcf().savefig(HERE / "pictures" / f"gallery-{page.stem}.png", dpi=90, pil_kwargs={"optimize": True})
         plt.close("all")
@@ -131,8 +129,8 @@ def main() -> None:
     thumbnails()
     (HERE / "pictures").mkdir(exist_ok=True)
     for name, build in (
-        ("wall", wall_with_opening),
-        ("arch", arch),
+        ("wall", partial(of_page, "wall")),
+        ("arch", partial(of_page, "arch")),
         ("dome", dome),
         ("pier-spandrel", pier_spandrel),
         ("church-front", church_front),

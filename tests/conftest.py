@@ -43,7 +43,7 @@ def kind_of(result):
 @pytest.fixture(scope="session", autouse=True)
 def _describes_every_result(pytestconfig):
     """Describe every kind of result that tests find, whatever its structure; with slow tests every result."""
-    run, known = bs.AnalysisManager.run, set()
+    run, known = bs.AnalysisManager._run, set()
     every = pytestconfig.option.markexpr != "not slow"
 
     def described(self, *args, **keywords):
@@ -56,7 +56,7 @@ def _describes_every_result(pytestconfig):
         return analysis
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bs.AnalysisManager, "run", described)
+        patch.setattr(bs.AnalysisManager, "_run", described)
         yield
 
 

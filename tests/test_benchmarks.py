@@ -19,7 +19,6 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
         ("pushover", "--walls 2x3 --steps 4", "iterations"),
         ("storage", "--columns 4 --rows 4 --programs 4 --files 2 --cases 4", "one contact force of one iteration"),
         ("surroundings", "--domes 2x4 --large 3x3 --runs 2 --sample 2", "on 2 workers"),
-        ("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast"),
     ],
 )
 def test_benchmarks_run(name, words, said):

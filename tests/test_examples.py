@@ -35,6 +35,12 @@ def test_ferris_tin_loi_wall_1():
     assert analysis["nonassociative"].load_factor == pytest.approx(nonassociative, rel=1e-6)
 
 
+def test_house_is_the_same_as_a_document():
+    example, document = load("house"), bs.read_document(EXAMPLES / "house.yaml")
+    assert document.model.hash == example.house().hash
+    assert document.cases[0].dead == example.weights()
+
+
 @pytest.mark.slow
 def test_portal_record():
     """Its columns rock for some seconds after the record."""

@@ -79,7 +79,11 @@ def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis, b
     named = dict(zip(("push", "other"), small_analysis.values(), strict=True))
     named["push +x"] = named["other"]
     results = {name: replace(r, case=r.case.renamed(name)) for name, r in named.items()}
-    bs.save_analysis(small_analysis.replaced(results=results), "runs/wall.h5")
+    if page.name == "results.md":
+        # Its snippets select a joint of the wall of the first analysis.
+        carry_out(page.with_name("analysis.md"), call, {})
+    else:
+        bs.save_analysis(small_analysis.replaced(results=results), "runs/wall.h5")
     if "write_obj(" not in page.read_text(encoding="utf-8"):
         bs.imports.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
     carry_out(page, call, {"bs": bs, "xarray": xarray})
@@ -88,11 +92,16 @@ def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis, b
 @pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.name)
 def test_a_how_to_is_short_and_has_a_picture(page):
     text = page.read_text(encoding="utf-8")
-    code = [part for language, part in re.findall(r"```([^\n]*)\n(.*?)```", text, re.DOTALL) if language != "text"]
     prose = re.sub(r"```.*?```|\A---.*?---", "", text, flags=re.DOTALL)
     assert len(prose.split()) <= 400
-    assert max((len(line) for part in code for line in part.splitlines()), default=0) <= 80
     assert "![" in prose or re.search(r"\bax = ", text)
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").rglob("*.md")), ids=lambda page: page.name)
+def test_the_code_of_a_page_fits_80_columns(page):
+    text = page.read_text(encoding="utf-8")
+    code = [part for language, part in re.findall(r"```(\S+)[^\n]*\n(.*?)```", text, re.DOTALL) if language != "text"]
+    assert [line for part in code for line in part.splitlines() if len(line) > 80] == []
 
 
 def test_what_sets_up_is_a_target_of_make():

@@ -7,9 +7,9 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, push, single_block, stopping
+from refusals import refused
+from structures import SELF_WEIGHT, beam_on_ledges, box, model_of, push, single_block, stopping
 
-STONE = bs.Material("stone", "20 kN/m^3")
 CASES = (
     bs.SettlementCase("left goes down", SELF_WEIGHT, ["left"], "-z"),
     bs.SettlementCase(
@@ -21,13 +21,7 @@ CASES = (
 
 @pytest.fixture(scope="module")
 def model():
-    blocks = [
-        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
-        bs.Block.box("right", Q_([3.5, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
-        bs.Block.box("aside", Q_([9, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
-        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([4, 1, 0.6], "m"), STONE),
-    ]
-    return model_of(blocks, bs.JointMaterial("joint", 0.6), "beam")
+    return beam_on_ledges(box("aside", [9, 0, -0.3], [0.5, 1, 0.3], fixed=True))
 
 
 @pytest.fixture(scope="module")
@@ -39,29 +33,27 @@ def stored(model, tmp_path_factory):
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        ({"supports": ["middle"]}, bs.errors.UnknownNameError, ["'middle'", "left, right, aside"]),
-        ({"supports": ["left", "beam"]}, bs.errors.ModelError, ["'beam' is free", "left, right, aside"]),
-        ({"supports": ["aside"]}, bs.errors.ModelError, ["aside", "nothing is held"]),
-        ({"supports": []}, bs.errors.ModelError, ["no support"]),
-        ({"supports": ["left", "left"]}, bs.errors.ModelError, ["repeat"]),
-        ({"supports": [3]}, bs.errors.ModelError, ["3"]),
-        ({"direction": (0, 0, -2)}, bs.errors.ModelError, ["length 2"]),
-        ({"direction": (0, 0, 0)}, bs.errors.ModelError, ["zero", "'+x'"]),
-        ({"direction": (0, np.nan, 0)}, bs.errors.DimensionError, ["direction"]),
-        ({"direction": "down"}, bs.errors.BlockstructError, ["down"]),
-        ({"direction": Q_([0, 0, -1], "m")}, bs.errors.DimensionError, ["direction"]),
-        ({"about": (0, 0, 0)}, bs.errors.UnitError, ["about"]),
-        ({"flow": "plastic"}, bs.errors.ModelError, ["plastic", "associative"]),
-        ({"dead": None}, bs.errors.ModelError, ["dead", "LoadPattern"]),
-        ({"dead": bs.LoadPattern("nothing", [])}, bs.errors.ModelError, ["'nothing'", "zero"]),
+        ({"supports": ["middle"]}, bs.errors.UnknownNameError, "'middle' left, right, aside"),
+        ({"supports": ["left", "beam"]}, bs.errors.ModelError, "'beam' is free left, right, aside"),
+        ({"supports": ["aside"]}, bs.errors.ModelError, "aside nothing is held"),
+        ({"supports": []}, bs.errors.ModelError, "no support"),
+        ({"supports": ["left", "left"]}, bs.errors.ModelError, "repeat"),
+        ({"supports": [3]}, bs.errors.ModelError, "3"),
+        ({"direction": (0, 0, -2)}, bs.errors.ModelError, "length 2"),
+        ({"direction": (0, 0, 0)}, bs.errors.ModelError, "zero '+x'"),
+        ({"direction": (0, np.nan, 0)}, bs.errors.DimensionError, "direction"),
+        ({"direction": "down"}, bs.errors.BlockstructError, "down"),
+        ({"direction": Q_([0, 0, -1], "m")}, bs.errors.DimensionError, "direction"),
+        ({"about": (0, 0, 0)}, bs.errors.UnitError, "about"),
+        ({"flow": "plastic"}, bs.errors.ModelError, "plastic associative"),
+        ({"dead": None}, bs.errors.ModelError, "dead LoadPattern"),
+        ({"dead": bs.LoadPattern("nothing", [])}, bs.errors.ModelError, "'nothing' zero"),
     ],
 )
 def test_bad_input(model, arguments, error, words):
     given = {"dead": SELF_WEIGHT, "supports": ["left"], "direction": "-z"} | arguments
-    with pytest.raises(error) as raised:
+    with refused(error, words):
         bs.run(model, bs.SettlementCase("case", **given))
-    for word in words:
-        assert word in str(raised.value)
 
 
 #: A tie from the beam to a support that nothing stands on.
@@ -162,12 +154,12 @@ def test_documents_keep_settlements(model, tmp_path):
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
-        ({"kind": "settlment"}, ["/cases/0/kind", "settlement"]),
-        ({"variable": "push"}, ["/cases/0", "variable"]),
-        ({"supports": []}, ["/cases/0/supports"]),
-        ({"about": [0, 0, 0]}, ["/cases/0/about"]),
-        ({"direction": None}, ["/cases/0/direction"]),
-        ({"suports": ["left"]}, ["suports", "did you mean supports"]),
+        ({"kind": "settlment"}, "/cases/0/kind settlement"),
+        ({"variable": "push"}, "/cases/0 variable"),
+        ({"supports": []}, "/cases/0/supports"),
+        ({"about": [0, 0, 0]}, "/cases/0/about"),
+        ({"direction": None}, "/cases/0/direction"),
+        ({"suports": ["left"]}, "suports did you mean supports"),
     ],
 )
 def test_documents_that_are_no_settlement(model, tmp_path, entry, words):
@@ -175,10 +167,8 @@ def test_documents_that_are_no_settlement(model, tmp_path, entry, words):
     content = json.loads((tmp_path / "beam.json").read_text(encoding="utf-8"))
     content["cases"][0] |= entry
     (tmp_path / "bad.json").write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(bs.errors.DocumentError) as raised:
+    with refused(bs.errors.DocumentError, words):
         bs.read_document(tmp_path / "bad.json")
-    for word in words:
-        assert word in str(raised.value)
 
 
 def test_a_killed_settlement_goes_on(model, tmp_path):

@@ -1,5 +1,6 @@
 """Several directions in one call, and several sizes of units."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -39,11 +40,34 @@ def test_each_run_tells_the_time_that_is_left(capsys):
     """Also where no terminal shows it; progress=False prints nothing."""
     found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"])
     first, *runs = capsys.readouterr().err.splitlines()
-    # The runs of the range contain the case once more.
-    assert (first.startswith("model: 2 blocks; 1 direction"), len(runs)) == (True, 1 + len(found.analysis))
-    assert ["s left" in line for line in runs] == [True] * len(found.analysis) + [False]
+    # No case is run twice.
+    assert (first.startswith("model: 2 blocks; 1 direction"), len(runs)) == (True, len(found.analysis))
+    assert ["s left" in line for line in runs] == [True] * (len(runs) - 1) + [False]
     bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
     assert capsys.readouterr().err == ""
+
+
+def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
+    """A variant that is lower has notes of its own, whose effects were not known."""
+    runs = []
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", lambda run: runs.append(run) or run)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
+    assert [run.name for run in runs] == [found.verdict.case]
+
+
+def test_an_interrupt_ends_the_whole_building(monkeypatch):
+    """It went on with the variants of the directions that had ended."""
+    variants = bs.AnalysisManager.vary
+
+    def interrupted(self, result):
+        ended = variants(self, result)
+        (*_, last) = ended
+        cut = Outcome(bs.Status.INTERRUPTED, np.nan, bs.vocabulary.Reason.INTERRUPTED)
+        return ended.replaced(results={**ended, last: ended[last].changed(outcome=cut)})
+
+    monkeypatch.setattr(bs.AnalysisManager, "vary", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
 
 
 def test_a_direction_that_has_not_settled_opens_the_verdict_and_leaves_the_lowest_ratio(found):
@@ -76,6 +100,14 @@ def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
     assert [note.code for note in verdict.open] == ["direction_without"]
     assert not verdict.satisfied
     assert found.verdict.satisfied
+
+
+def test_print_notebook_and_table_have_the_same_number(found):
+    title, ratio = f"{found.governing.result.name}: {found.verdict}", found.verdict.state.ratio_text()
+    for shown in (str(found), repr(found), found._repr_html_(), found.governing._repr_html_()):
+        assert title in shown.replace("&#x27;", "'")
+    rows = [row for row in found._repr_html_().split("<tr>") if f"<td>{ratio}</td>" in row]
+    assert (len(rows), len(found.table)) == (2, 4)
 
 
 def test_one_page_has_the_table_and_the_number(found, no_pictures):

@@ -34,6 +34,11 @@ def test_a_record_along_a_direction_and_along_the_axes():
         ({"time": Q_([0.0, 0.2, 0.1], "s")}, bs.errors.ModelError, "sample 2"),
         ({"time": Q_([0.0, 0.2, 0.2], "s")}, bs.errors.ModelError, "sample 2"),
         ({"time": Q_([0.0, 0.2], "s")}, bs.errors.ModelError, "2 times and 3"),
+        (
+            {"acceleration": Q_(np.full(30, 0.1), "g_0"), "time": Q_([*np.arange(20), *np.arange(25, 35)], "s") / 100},
+            bs.errors.ModelError,
+            "no samples from 0.19 to 0.25 s",
+        ),
         ({"time": "0 s"}, bs.errors.ModelError, "more than zero"),
         ({"time": "1 m"}, bs.errors.DimensionError, "time"),
         ({"direction": None}, bs.errors.ModelError, "direction"),

@@ -86,6 +86,14 @@ def test_a_support_that_carries_all_takes_the_structure_with_it():
     np.testing.assert_allclose(fallen.sel(axis="z"), -1, atol=1e-4)
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+def test_a_settlement_far_longer_than_its_blocks_ends():
+    stack = [box("left", (-1, 2), (-1, 0), fixed=True), box("b", (0, 1), (0, 1))]
+    result = settle(model_of(stack, bs.JointMaterial("joint", 0.6)), "-z", "1000 km", steps=10)
+    assert "ask for more steps, or a smaller displacement" in result.curve_ended
+
+
 def test_a_support_that_carries_nothing_leaves_the_structure():
     model = beam()
     middle = box("left", (1.75, 2.25), (-3, 0), fixed=True)

@@ -8,7 +8,7 @@ from blockstruct import Q_
 from blockstruct.results.interfaces import lost_lever
 from blockstruct.text import cells_note
 from refusals import refused
-from structures import SELF_WEIGHT, box, divided, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, box, divided, extruded, model_of, push, single_block, solve
 
 
 def block(share, mu=0.9, b=0.5, h=1.0):
@@ -35,14 +35,9 @@ def test_a_crushing_hinge():
 
 def hexagon(strength, mu=0.9):
     """A prism of 2 m on a regular hexagon of 0.5 m, two sides of which are along x, and its ground."""
-    stone = bs.Material("stone", "20 kN/m^3")
     corners = [(0.5 * np.cos(a), 0.5 * np.sin(a)) for a in np.radians(np.arange(0, 360, 60))]
-    vertices = [(x, y, z) for z in (0, 2) for x, y in corners]
-    faces = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11]]
-    faces += [[i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6] for i in range(6)]
-    prism = bs.Block.from_faces("prism", Q_(vertices, "m"), faces, stone)
-    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([2, 2, 1], "m"), stone, fixed=True)
-    return model_of([ground, prism], bs.JointMaterial("soft", mu, compressive_strength=strength))
+    blocks = [box("ground", [-1, -1, -1], [2, 2, 1], fixed=True), extruded("prism", corners, 0, 2)]
+    return model_of(blocks, bs.JointMaterial("soft", mu, compressive_strength=strength))
 
 
 @pytest.mark.parametrize("cells", [64, 400])
@@ -129,18 +124,13 @@ def test_a_study_of_strength_and_friction():
 
 def test_cells_leave_too_much_of_a_reaction():
     """A skew beam of 28 kN on ledges, one of which gives way: W (L/2 − a)/(L − a) = 8 kN is left if nothing crushes."""
-    stone = bs.Material("stone", "20 kN/m^3")
 
-    def prism(name, x0, x1, z, **kwargs):
-        plan = [(x0, 0), (x1, 0), (x1 + 0.3, 0.7), (x0 + 0.3, 0.7)]
-        vertices = [(x, y, level) for level in z for x, y in plan]
-        faces = [[3, 2, 1, 0], [4, 5, 6, 7], *([i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4] for i in range(4))]
-        return bs.Block.from_faces(name, Q_(vertices, "m"), faces, stone, **kwargs)
+    def plan(x0, x1):
+        return [(x0, 0), (x1, 0), (x1 + 0.3, 0.7), (x0 + 0.3, 0.7)]
 
-    ledges = prism("left", -1, 1.2, (-1, 0), fixed=True), prism("right", 2.8, 5, (-1, 0), fixed=True)
-    model = model_of(
-        [*ledges, prism("beam", 0, 4, (0, 0.5))], bs.JointMaterial("soft", 0.6, compressive_strength="50 MPa")
-    )
+    ledges = [extruded(n, plan(*ends), -1, 0, fixed=True) for n, ends in (("left", (-1, 1.2)), ("right", (2.8, 5)))]
+    soft = bs.JointMaterial("soft", 0.6, compressive_strength="50 MPa")
+    model = model_of([*ledges, extruded("beam", plan(0, 4), 0, 0.5)], soft)
     result = bs.run(model, bs.SettlementCase("settles", SELF_WEIGHT, ["left"], "-z"))["settles"]
     assert 8.05e3 < result.reaction.to("N").magnitude < 8.3e3
     assert [note.code for note in result.notes] == ["crushing_cells"]

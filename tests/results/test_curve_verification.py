@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from structures import SELF_WEIGHT, block_on_a_bar, box, edited, model_of, push, slipping_units
+from structures import SELF_WEIGHT, beam_on_ledges, block_on_a_bar, box, edited, push, slipping_units
 
 
 @pytest.fixture(scope="module")
@@ -130,10 +130,8 @@ def test_a_curve_without_its_pushover_is_refused(stored, tmp_path, call):
 
 
 def test_validate_finds_another_reaction(tmp_path, call):
-    supports = [box(name, [x, 0, -0.3], [0.5, 1, 0.3], fixed=True) for name, x in (("left", 0), ("right", 3.5))]
-    model = model_of([*supports, box("beam", [0, 0, 0], [4, 1, 0.6])], bs.JointMaterial("joint", 0.6))
     path = tmp_path / "beam.h5"
-    bs.run(model, bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
+    bs.run(beam_on_ledges(), bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
     assert call("validate", path)[0] == 0
     for place, words in (
         ("cases/down/reaction", "/cases/down/reaction: the reaction is"),

@@ -196,6 +196,7 @@ def test_a_stored_analysis_is_reproduced(small_analysis, tmp_path):
     found = bs.reproduce(bs.open_analysis(path), listeners=[heard.append])
     assert heard
     assert found.agrees(1e-9)
+    assert found.cases["force_difference"].max() < 1e-6
     assert found.versions == {"clarabel": ("0.0.1", small_analysis.versions["clarabel"])}
     assert found.cases["same_question"].all()
 

@@ -5,16 +5,15 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, moved, rotation, settings_of
+from structures import SELF_WEIGHT, box, model_of, moved, rotation, settings_of
 
 
 @pytest.fixture(scope="module")
 def tower():
     """A square tower of three drums, 1 m wide and 4 m high."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
-    drums = [bs.Block.box(f"drum {k}", Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), stone) for k in range(4)]
-    return model_of([ground, *drums], bs.JointMaterial("joint", 0.6), name="tower")
+    blocks = [box("ground", [-1, -1, -1], [3, 3, 1], fixed=True)]
+    blocks += [box(f"drum {k}", [0, 0, k], [1, 1, 1]) for k in range(4)]
+    return model_of(blocks, bs.JointMaterial("joint", 0.6), name="tower")
 
 
 def test_a_square_tower_is_symmetric(tower):
@@ -45,10 +44,7 @@ def test_between_the_directions(tower):
 @pytest.mark.parametrize("flow", ["associative", "nonassociative"])
 def test_what_a_part_of_the_compass_does_not_cover_is_told(flow):
     """A wall 0.2 m by 2 m, 1 m high, pushed at 60 and 120 degrees alone: at 180 it carries half of what is found."""
-    blocks = [
-        bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([4, 4, 1], "m"), bs.Material("s", "20 kN/m^3"), fixed=True),
-        bs.Block.box("wall", Q_([0, 0, 0], "m"), Q_([0.2, 2, 1], "m"), bs.Material("s", "20 kN/m^3")),
-    ]
+    blocks = [box("ground", [-1, -1, -1], [4, 4, 1], fixed=True), box("wall", [0, 0, 0], [0.2, 2, 1])]
     model = model_of(blocks, bs.JointMaterial("joint", 0.9))
     around = bs.directions(model, SELF_WEIGHT, Q_([60, 120], "deg"), flow=flow)
     assert around.load_factor == pytest.approx(0.4, rel=1e-3)

@@ -12,7 +12,7 @@ import blockstruct as bs
 import studied
 from blockstruct import Q_
 from blockstruct.views import figures, study_summary
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 
 def samples(alpha, status=None, sampling="monte carlo"):
@@ -183,14 +183,9 @@ def test_a_block_that_rocks_does_not_depend_on_friction():
 
 def test_tension_within_the_friction_cone_stays_as_it_is():
     """A block held by 3 kPa of tension rocks, whatever μ: with 0.6 the cone ends at 67 kPa only."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", stone, fixed=True)
-    block = bs.Block.box("block", "[0, 0, 0] m", "[0.5, 1, 2] m", stone)
     mortar = bs.JointMaterial("mortar", 0.6, tensile_strength="3 kPa", cohesion="40 kPa")
-    result = bs.run(model_of([ground, block], mortar), bs.LimitCase("p", SELF_WEIGHT, push(1, 0, 0), "associative"))[
-        "p"
-    ]
-    found = bs.studies.first_order(result, 0.1)
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    found = bs.studies.first_order(bs.run(model_of(single_block(0.5, 2.0)[0], mortar), case)["push"], 0.1)
     assert found.attrs["unique"] == 1
     assert found.independent.item() == pytest.approx(0, abs=1e-6)
 
@@ -210,13 +205,8 @@ def test_scatter_of_independent_and_of_equal_joints(scattered):
 
 def test_joints_of_one_material_add_up():
     """A block on two feet slides at μ: the feet share dα/dμ = 1."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    feet = [
-        bs.Block.box(f"foot {k}", Q_([x, 0, -1], "m"), Q_([0.4, 1, 1], "m"), stone, fixed=True)
-        for k, x in enumerate((0, 1.6))
-    ]
-    beam = bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([2, 1, 0.3], "m"), stone)
-    model = model_of([*feet, beam], bs.JointMaterial("joint", 0.4))
+    feet = [box(f"foot {k}", [x, 0, -1], [0.4, 1, 1], fixed=True) for k, x in enumerate((0, 1.6))]
+    model = model_of([*feet, box("beam", [0, 0, 0], [2, 1, 0.3])], bs.JointMaterial("joint", 0.4))
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
     found = bs.studies.first_order(bs.run(model, case)["push"], 0.1)
     assert found.derivative.sum().item() == pytest.approx(1, rel=1e-5)
@@ -227,10 +217,7 @@ def test_joints_of_one_material_add_up():
 @pytest.mark.parametrize(("torsion", "lever"), [("corners", 0.5**0.5), ("uniform pressure", 0.38259785823)])
 def test_torsion_of_joints_counts_in_derivatives(torsion, lever):
     """A square of 1 m under 10 kN is twisted by ``lever μ W``: at its corners, or as under uniform pressure."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    base = bs.Block.box("base", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), stone)
-    model = model_of([base, block], bs.JointMaterial("joint", 0.6, torsion=torsion))
+    model = model_of(single_block(1.0, 0.5)[0], bs.JointMaterial("joint", 0.6, torsion=torsion))
     twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 10], "kN*m"))])
     result = bs.run(model, bs.LimitCase("twist", SELF_WEIGHT, twist, "associative"))["twist"]
     found = bs.studies.first_order(result, 0.1)

@@ -46,10 +46,18 @@ def box(name: str, origin: Sequence[float], size: Sequence[float] = (1, 1, 1), *
     return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
 
 
-def extruded(name: str, outline: Sequence[Sequence[float]], low: float, high: float) -> bs.Block:
+def extruded(
+    name: str, outline: Sequence[Sequence[float]], low: float, high: float, *, fixed: bool = False
+) -> bs.Block:
     """A vertical prism of 20 kN/m³ over a counter-clockwise outline in plan, m."""
     vertices, faces = lofted(*(np.array([(*p, z) for p in outline], dtype=float) for z in (low, high)))
-    return bs.Block.from_faces(name, Q_(vertices, "m"), faces, STONE)
+    return bs.Block.from_faces(name, Q_(vertices, "m"), faces, STONE, fixed=fixed)
+
+
+def beam_on_ledges(*others: bs.Block) -> bs.Model:
+    """A beam of 4 m and 48 kN on two supports, ``left`` and ``right``, of which one may settle, and other blocks."""
+    ledges = [box(name, [x, 0, -0.3], [0.5, 1, 0.3], fixed=True) for name, x in (("left", 0), ("right", 3.5))]
+    return model_of([*ledges, *others, box("beam", [0, 0, 0], [4, 1, 0.6])], bs.JointMaterial("joint", 0.6), "beam")
 
 
 def single_block(b: float, h: float, t: float = 1.0, mu: float = 0.65) -> tuple[list[bs.Block], bs.JointMaterial]:

@@ -14,22 +14,20 @@ from blockstruct import Q_, views
 from blockstruct.views import figures
 from blockstruct.views.page.html import payload
 from blockstruct.views.report import report_html
-from structures import SELF_WEIGHT, box, model_of, push
+from structures import SELF_WEIGHT, beam_on_ledges, box, model_of, push
 
 mpl.use("Agg")
 
 
 @pytest.fixture(scope="module")
 def analysis(tmp_path_factory):
-    supports = [box(name, [x, 0, -0.3], [0.5, 1, 0.3], fixed=True) for name, x in (("left", 0), ("right", 3.5))]
     cases = [
         bs.SettlementCase("goes down", SELF_WEIGHT, ["left"], "-z"),
         bs.SettlementCase("turns", SELF_WEIGHT, ["left"], "-y", about="[4, 0, 0] m", flow="associative"),
         bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"),
     ]
-    model = model_of([*supports, box("beam", [0, 0, 0], [4, 1, 0.6])], bs.JointMaterial("joint", 0.6), "beam")
     path = tmp_path_factory.mktemp("views") / "beam.h5"
-    return bs.run(model, cases, path, spread="shifted"), path.parent
+    return bs.run(beam_on_ledges(), cases, path, spread="shifted"), path.parent
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from blockstruct.analysis import plan
 from blockstruct.analysis.events import (
     CaseFinished,
     CaseStarted,
@@ -23,18 +24,6 @@ from blockstruct.analysis.events import (
     with_progress,
 )
 from blockstruct.analysis.motions import ReplaySolver, followed, kept_state, responded, with_effects
-from blockstruct.analysis.plan import (
-    Run,
-    blank_history,
-    checked_problems,
-    located_cases,
-    now,
-    planned_result,
-    runs_of,
-    solver_options,
-    versions,
-    warn_of_versions,
-)
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, Solver, schedules_of
 from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
@@ -78,7 +67,7 @@ class Recorder:
         """Commit the content of an event."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
-                self._working.start(case.name, versions(), *history_variables(statics, problem, []))
+                self._working.start(case.name, plan.versions(), *history_variables(statics, problem, []))
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
@@ -196,18 +185,32 @@ class AnalysisManager:
             If another run writes to the store, or the store holds the iterations of a killed run. Raised before
             anything is solved. Also if the disk is full; committed data are kept.
         """
-        located = located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
-        runs = runs_of(located, self.settings, schedules_of(spread))
-        started_at = now()
+        located = plan.located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
+        return self._run(plan.runs_of(located, self.settings, schedules_of(spread)))
+
+    def vary(self, result: CaseResult) -> Analysis:
+        """Run the variants of a case that has been run, as ``run([case], spread=True)`` does after the case.
+
+        Parameters
+        ----------
+        result
+            Result of a case of this model, with the settings of this manager. It is part of the analysis as it is.
+        """
+        return self._run(plan.runs_of([result.case], self.settings, schedules_of(True)), result)
+
+    def _run(self, runs: Sequence[plan.Run], *known: CaseResult) -> Analysis:
+        """Run cases, apart from known results."""
+        started_at = plan.now()
         checked = self.check([run.case for run in runs])
         problems = {run.case.name: (self.statics, problem) for run, problem in zip(runs, checked, strict=True)}
-        planned = {run.case.name: planned_result(run, *problems[run.case.name], started_at) for run in runs}
+        planned = {run.case.name: plan.planned_result(run, *problems[run.case.name], started_at) for run in runs}
+        planned |= {result.name: result for result in known}
         analysis = Analysis(
             self.model,
             planned,
             started_at,
-            versions(),
-            solver_options=solver_options([run.settings for run in runs]),
+            plan.versions(),
+            solver_options=plan.solver_options([run.settings for run in runs]),
             document_hash=self.document_hash,
             tags=self.tags,
             parameters=self.parameters,
@@ -251,9 +254,9 @@ class AnalysisManager:
             If other versions made the kept numbers. :attr:`CaseResult.versions` gives the versions of each case.
         """
         if is_unfinished(path):
-            with Checkpoint.reopen(path, blank_history) as working:
+            with Checkpoint.reopen(path, plan.blank_history) as working:
                 analysis = working.analysis()
-                warn_of_versions(analysis)
+                plan.warn_of_versions(analysis)
                 done = cls._resuming(analysis, path, listeners, progress)._record(analysis, working)
             _warn_of(done.values())
             return done
@@ -261,7 +264,7 @@ class AnalysisManager:
         if analysis.status == "finished":
             tidy(path)
             return analysis
-        warn_of_versions(analysis)
+        plan.warn_of_versions(analysis)
         manager = cls._resuming(analysis, path, listeners, progress)
         with Checkpoint.begin(path, analysis) as working:
             done = manager._record(analysis, working)
@@ -272,17 +275,17 @@ class AnalysisManager:
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
         """Run an analysis again in memory, each case with its own settings."""
         manager = cls._resuming(analysis, None, listeners)
-        started_at = now()
+        started_at = plan.now()
         problems = {name: manager._problem_of(result) for name, result in analysis.items()}
         planned = {
-            name: planned_result(Run(r.case, r.settings, r.schedule, r.of_case), *problems[name], started_at)
+            name: plan.planned_result(plan.Run(r.case, r.settings, r.schedule, r.of_case), *problems[name], started_at)
             for name, r in analysis.items()
         }
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners, problems)
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does, and return their limit problems."""
-        return checked_problems(self.statics, located_cases(self.model, cases))
+        return plan.checked_problems(self.statics, plan.located_cases(self.model, cases))
 
     @classmethod
     def _resuming(
@@ -303,7 +306,7 @@ class AnalysisManager:
         for number, (name, before) in enumerate(analysis.items(), start=1):
             if before.status is not Status.INTERRUPTED:
                 continue
-            of_numbers = versions()
+            of_numbers = plan.versions()
             try:
                 statics, problem = problems[name] if name in problems else self._problem_of(before)
                 place = (number, len(analysis))
@@ -344,7 +347,7 @@ class AnalysisManager:
         steps = replay.follow(solved) if replay else solved
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
-        started_at = before.started_at if before.n_iterations else now()
+        started_at = before.started_at if before.n_iterations else plan.now()
         try:
             tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
             while True:
@@ -365,7 +368,7 @@ class AnalysisManager:
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
-            versions=made_by if made_by[-1:] == (versions(),) else (*made_by, versions()),
+            versions=made_by if made_by[-1:] == (plan.versions(),) else (*made_by, plan.versions()),
         )
         if isinstance(case, RecordCase):
             return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
@@ -470,7 +473,7 @@ def recover(path: str | Path) -> Analysis:
     FormatError
         If the working data are damaged at their root.
     """
-    with Checkpoint.reopen(path, blank_history) as working:
+    with Checkpoint.reopen(path, plan.blank_history) as working:
         analysis = working.analysis()
         working.finish(analysis)
     return analysis

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
@@ -13,6 +13,7 @@ import pandas as pd
 
 from blockstruct.analysis import AnalysisManager
 from blockstruct.analysis.events import CaseFinished, Event, Progress
+from blockstruct.analysis.motions import with_effects
 from blockstruct.analysis.plan import runs_of
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.floor_spectrum import FloorSpectrum
@@ -24,7 +25,7 @@ from blockstruct.assess.verdict import Verdict
 from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
-from blockstruct.notebook import is_watched
+from blockstruct.notebook import html_table, is_watched
 from blockstruct.results import Analysis, CaseResult, Spread
 from blockstruct.text import assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
@@ -33,7 +34,7 @@ from blockstruct.vocabulary import Stage, Status
 DIRECTIONS = ("+x", "-x", "+y", "-y")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Building:
     """The checks of a building: :func:`building`.
 
@@ -47,8 +48,8 @@ class Building:
     """
 
     analysis: Analysis
-    checks: Mapping[str, LocalMechanismCheck] = field(repr=False)
-    unit_sizes: UnitSizes | None = field(default=None, repr=False)
+    checks: Mapping[str, LocalMechanismCheck]
+    unit_sizes: UnitSizes | None = None
 
     @property
     def governing(self) -> LocalMechanismCheck:
@@ -80,7 +81,7 @@ class Building:
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict of the building: that of the governing direction, which the others may leave open."""
+        """The verdict of the governing direction, which the other directions may leave open."""
         return self.governing.verdict
 
     @property
@@ -117,13 +118,33 @@ class Building:
         checks = self._noted.values()
         return write_report(self.analysis, path, project=project, checks=checks, unit_sizes=self.unit_sizes)
 
-    def __str__(self) -> str:
-        columns = ["load factor", "α", "e*", "ratio", "relied on", "satisfied"]
-        shown = self.table.reindex(columns=columns)
+    @property
+    def _title(self) -> str:
+        return f"{_governing(self.checks)}: {self.verdict}"
+
+    @property
+    def _shown(self) -> pd.DataFrame:
+        """The columns of the table that are printed, numbers with four digits."""
+        shown = self.table.reindex(columns=["load factor", "α", "e*", "ratio", "relied on", "satisfied"])
         shown["ratio"] = [told_apart(ratio, 1.0)[0] for ratio in shown["ratio"]]
-        lines = [f"{self.verdict.case}: {self.verdict}", *(f"open: {note}" for note in self.verdict.open)]
-        lines += ["", shown.to_string(float_format="{:.4g}".format)]
-        return "\n".join([*lines, *([str(self.unit_sizes)] if self.unit_sizes else [])])
+        for name, column in shown.items():
+            shown[name] = [f"{value:.4g}" if isinstance(value, float) else value for value in column]
+        return shown
+
+    @property
+    def _below(self) -> list[str]:
+        """What is open, and the answers with units of other sizes."""
+        return [*(f"open: {note}" for note in self.verdict.open), *([str(self.unit_sizes)] if self.unit_sizes else [])]
+
+    def __repr__(self) -> str:
+        return f"<Building {self.analysis.model.name!r}: {self._title}>"
+
+    def _repr_html_(self) -> str:
+        shown = self._shown
+        return html_table(self._title, ["case", *shown.columns], shown.itertuples(name=None), self._below)
+
+    def __str__(self) -> str:
+        return "\n".join([self._title, "", self._shown.to_string(), *self._below])
 
 
 class _TimeLeft:
@@ -193,15 +214,15 @@ def building(  # noqa: PLR0913
         force = BodyForce(direction)
         name = f"push {direction if isinstance(direction, str) else tuple(direction)}"
         cases[name] = LimitCase(name, dead, LoadPattern(name, [force]))
-    variants = len(runs_of([*cases.values()][:1], settings or ProcedureSettings(), schedules_of(True)))
+    # The governing case is run before its variants.
+    variants = len(runs_of([*cases.values()][:1], settings or ProcedureSettings(), schedules_of(True))) - 1
     left = _TimeLeft(len(cases) + variants)
     watched: dict[str, Any] = {"settings": settings, "progress": is_watched() if progress == "auto" else progress}
     if progress is not False:
         watched["listeners"] = [left]
         print(assessment.runs_planned(model.name, len(model.blocks), len(cases), variants), file=sys.stderr, flush=True)
-    # The effects of torsion and crushing count where they may decide: in the direction that governs.
-    analysis = AnalysisManager(model, **watched, effects=False).run(cases.values())
-    manager = AnalysisManager(model, **watched)
+    manager = AnalysisManager(model, **watched, effects=False)
+    analysis = _complete(manager.run(cases.values()))
     results = dict(analysis)
 
     def checked(result: CaseResult | Spread) -> LocalMechanismCheck:
@@ -216,7 +237,10 @@ def building(  # noqa: PLR0913
     while (name := _governing(checks)) not in ranged:
         left.count += variants * bool(ranged)
         ranged.add(name)
-        more = manager.run([cases[name]], spread=True)
+        more = _complete(manager.vary(results[name]))
+        # The effects of torsion, crushing and self-stress count where they may decide: in the run relied on.
+        low = with_effects(more.spread(name).relied_on)
+        more = more.replaced(results={**more, low.name: low})
         results |= more
         checks[name] = checked(more.spread(name))
     governs = _governing(checks)
@@ -225,6 +249,13 @@ def building(  # noqa: PLR0913
     found = {name: result if (result.of_case or name) == governs else _last(result) for name, result in results.items()}
     kept = Analysis(model, found, analysis.created_at, analysis.versions, solver_options=analysis.solver_options)
     return Building(kept, MappingProxyType(checks), unit_sizes)
+
+
+def _complete(analysis: Analysis) -> Analysis:
+    """Return an analysis; raise KeyboardInterrupt if one ended it early, as a building needs every run."""
+    if analysis.status != "finished":
+        raise KeyboardInterrupt
+    return analysis
 
 
 def _governing(checks: Mapping[str, LocalMechanismCheck]) -> str:

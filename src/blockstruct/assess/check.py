@@ -1,7 +1,7 @@
 """Check of a local mechanism, and its printed calculation."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from blockstruct.assess.spectrum import Spectrum
 from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.notebook import html_table
 from blockstruct.results import CaseResult, MacroBlock, with_motion
 from blockstruct.text import SMALL, Note, Severity, assessment, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way, listed
@@ -24,7 +25,7 @@ g = STANDARD_GRAVITY
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LocalMechanismCheck:
     """Result of :func:`local_mechanism`; ``print(check)`` shows every formula.
 
@@ -60,29 +61,29 @@ class LocalMechanismCheck:
         Read them before relying on the check.
     """
 
-    result: CaseResult = field(repr=False)
+    result: CaseResult
     alpha0: float
     direction: NDArray[np.float64]
-    bodies: tuple[MacroBlock, ...] = field(repr=False)
-    participation: Participation = field(repr=False)
-    participation_of_blocks: Participation = field(repr=False)
+    bodies: tuple[MacroBlock, ...]
+    participation: Participation
+    participation_of_blocks: Participation
     confidence_factor: float
     confidence_reason: str
     a0_star: float
-    curve: CapacityCurve | None = field(repr=False)
+    curve: CapacityCurve | None
     missing_curve: str
-    spectrum: Spectrum = field(repr=False)
+    spectrum: Spectrum
     method: str
-    limit_states: Mapping[str, LimitState] = field(repr=False)
-    others: tuple[WayOfChecking, ...] = field(repr=False)
+    limit_states: Mapping[str, LimitState]
+    others: tuple[WayOfChecking, ...]
     relied_on: str
-    beside: Overturning | None = field(repr=False)
-    coefficients: Coefficients = field(repr=False)
+    beside: Overturning | None
+    coefficients: Coefficients
     notes: tuple[Note, ...]
 
     @property
     def verdict(self) -> Verdict:
-        """What the check comes to, over all ways that have a ratio."""
+        """The verdict of the check, over all ways that have a ratio."""
         state = self.limit_states[self.relied_on]
         collapse = WayOfChecking(Way.COLLAPSE, self.alpha0, self.participation.e_star, state)
         ways = (collapse, *self.others)
@@ -254,6 +255,13 @@ class LocalMechanismCheck:
         names, weights, delta = zip(*each, strict=True)
         ends = " to ".join(dict.fromkeys(shown(round(d, 9) + 0.0) for d in (min(delta), max(delta))))
         return Line(what, f"{listed(names)}: P + Q = {shown(sum(weights) / 1e3, 'kN')}, δ = {ends}")
+
+    def __repr__(self) -> str:
+        return f"<LocalMechanismCheck of {self.result.name!r}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        rows = [(line.what, line.formula, line.source) for part in self.sections for line in part.lines]
+        return html_table(f"{self.result.name}: {self.verdict}", ["", "", ""], rows, map(str, self.notes))
 
     def __str__(self) -> str:
         head = [

@@ -46,7 +46,7 @@ class Section:
     title : str
     lines : tuple of Line
     is_detail : bool
-        Whether the verdict does not rest on them, such as those of another limit state.
+        Whether the verdict does not rest on them, such as the lines of another limit state.
     """
 
     title: str

@@ -278,7 +278,7 @@ class _Request:
     ) -> tuple[list[WayOfChecking], list[Note]]:
         """Return the ways to check other motions and the lower end of the range, and their notes.
 
-        All of them have another a0* than the collapse mechanism, m/s², and the shape of its capacity curve.
+        Each way has its own a0*, m/s², and the shape of the capacity curve of the collapse mechanism.
         """
 
         def state(a0: float) -> LimitState | None:
@@ -296,7 +296,7 @@ class _Request:
             notes.append(note_of_small(whole, large, a0))
         other = least_activation(found, self.forces, [body for body in bodies if body.moves], large)
         least = a0_star * other.acceleration / (alpha0 / whole.e_star)
-        if least < a0 and (one := state(least)):
+        if other.motion is not None and (one := state(least)):
             a0, alpha, e_star, motion = least, other.alpha, other.e_star, other.motion
             ways.append(WayOfChecking(Way.OTHER_MOTION, alpha, e_star, one, motion))
             notes.append(assessment.other_motion(alpha0, alpha, e_star, other.bodies))

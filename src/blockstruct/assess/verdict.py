@@ -40,7 +40,7 @@ class WayOfChecking:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a check comes to; ``print(verdict)`` gives the sentence that every output shows.
+    """The outcome of a check; ``print(verdict)`` gives the sentence that every output shows.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Verdict:
         Ratio of a motion with e* = 1 that begins at the lowest load factor of the ways; no motion has less. NaN by
         displacement.
     open : tuple of Note
-        Warnings to settle first. With one of them the check is not satisfied.
+        Warnings to settle first. The check is not satisfied while there is one.
     settled : bool
         Whether the load factor has settled.
     """

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import blockstruct as bs
+from blockstruct.cli import verification
 from blockstruct.cli.app import (
     CsvOption,
     Exit,
@@ -22,15 +23,6 @@ from blockstruct.cli.app import (
     say,
     say_table,
 )
-from blockstruct.cli.verification import (
-    CaseOption,
-    FactorOption,
-    LevelOption,
-    MethodOption,
-    ModeOption,
-    SpectrumOption,
-    checks_of,
-)
 from blockstruct.keywords import did_you_mean
 from blockstruct.vocabulary import counted
 
@@ -39,12 +31,7 @@ if TYPE_CHECKING:
 
 #: Printed variables of each state of a pushover.
 _OF_STATES = (
-    "displacement [meter]",
-    "load_factor",
-    "reaction [newton]",
-    "holds",
-    "penetration [meter]",
-    "energy_error",
+    *("displacement [meter]", "load_factor", "reaction [newton]", "holds", "penetration [meter]", "energy_error"),
 )
 
 
@@ -217,12 +204,12 @@ def report(
     ] = None,
     template: Annotated[Path | None, option("A Jinja2 template of your own.")] = None,
     project: Annotated[list[str] | None, option("A line of its head, as in 'client=Town of Lucca'.")] = None,
-    spectrum: SpectrumOption = None,
-    case: CaseOption = None,
-    confidence_factor: FactorOption = None,
-    knowledge_level: LevelOption = None,
-    method: MethodOption = None,
-    mode: ModeOption = None,
+    spectrum: verification.SpectrumOption = None,
+    case: verification.CaseOption = None,
+    confidence_factor: verification.FactorOption = None,
+    knowledge_level: verification.LevelOption = None,
+    method: verification.MethodOption = None,
+    mode: verification.ModeOption = None,
     show_it: Annotated[bool, option("Show the report in the browser.", "--open")] = False,
 ) -> None:
     """Write a report of an analysis, as a page or as PDF, with checks of local mechanisms for a given site."""
@@ -231,7 +218,7 @@ def report(
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
-    checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
+    checks = verification.checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
     _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it=show_it)
 
 

@@ -10,10 +10,10 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
-from blockstruct.geometry.neighbours import facing_pairs
-from blockstruct.geometry.polygon import plane_axes, uncrossed
+from blockstruct.geometry.neighbours import expanded, facing_pairs
+from blockstruct.geometry.polygon import next_corners, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import ALIKE, SIDEWAYS, SNAP
+from blockstruct.geometry.tolerances import ALIKE, CHUNK, GRID, SIDEWAYS, SNAP
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -130,7 +130,7 @@ def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
 
 
 def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]:
-    """Return pairs of faces (front, back) of different bodies that look at each other and may be within the reach.
+    """Return pairs of faces (front, back) of different bodies that look at each other and may have a common area.
 
     The front face looks up (or, if level, along +y or +x).
     """
@@ -143,7 +143,31 @@ def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]
     keep = (tilt <= angle) & (away - np.sin(tilt) * faces.extent[j] * np.sqrt(3) <= reach)
     i, j = i[keep], j[keep]
     up = _half_space_sign(faces.normal[i] - faces.normal[j]) > 0
-    return np.where(up, i, j), np.where(up, j, i)
+    front, back = np.where(up, i, j), np.where(up, j, i)
+    chunks = np.array_split(np.arange(len(front)), 100 * len(front) // CHUNK + 1)
+    keep = ~np.concatenate([_side_by_side(faces, front[some], back[some]) for some in chunks])
+    return front[keep], back[keep]
+
+
+def _side_by_side(faces: Faces, front: Index, back: Index) -> NDArray[np.bool_]:
+    """Return whether the edge of the front face that is nearest to the back face parts the two."""
+    if not len(front):
+        return np.zeros(0, dtype=bool)
+    normal = faces.normal[front] - faces.normal[back]
+    pair, corner, first = expanded(faces.start[front], faces.count[front])
+    following = next_corners(first, faces.count[front])
+    corners = faces.corners[corner]
+    outward = np.cross(corners[following] - corners, normal[pair])
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    beyond = np.einsum("ij,ij->i", outward, faces.centre[back][pair] - corners)
+    nearest = np.lexsort((beyond, pair))[first + faces.count[front] - 1]
+
+    def heights(face: Index) -> tuple[Array, Index]:
+        of, corner, first = expanded(faces.start[face], faces.count[face])
+        return np.einsum("ij,ij->i", outward[nearest[of]], faces.corners[corner]), first
+
+    gap = np.minimum.reduceat(*heights(back)) - np.maximum.reduceat(*heights(front))
+    return np.asarray(gap >= -GRID * np.maximum(faces.extent[front], faces.extent[back]))
 
 
 def _angle(one: Array, other: Array) -> Array:

@@ -34,13 +34,19 @@ class Faces:
     def of(cls, bodies: Sequence[Polyhedron]) -> Self:
         """Return the faces of bodies, in their order."""
         count = np.array([len(face) for b in bodies for face in b.faces])
-        start = np.cumsum(count) - count
         first = np.cumsum([0, *(len(b.vertices) for b in bodies[:-1])])
         corner = [first + v for first, b in zip(first.tolist(), bodies, strict=True) for face in b.faces for v in face]
         corners = np.concatenate([b.vertices for b in bodies])[corner]
+        body = np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies])
+        return cls.with_corners(body, np.concatenate([b.normals for b in bodies]), corners, count)
+
+    @classmethod
+    def with_corners(cls, body: Index, normal: Array, corners: Array, count: Index) -> Self:
+        """Return polygons of bodies by their corners, one polygon after the other."""
+        start = np.cumsum(count) - count
         return cls(
-            body=np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies]),
-            normal=np.concatenate([b.normals for b in bodies]),
+            body=body,
+            normal=normal,
             centre=np.add.reduceat(corners, start) / count[:, None],
             low=np.minimum.reduceat(corners, start),
             high=np.maximum.reduceat(corners, start),
@@ -83,37 +89,34 @@ def areas_on_bodies(
         Body of each polygon.
     """
     faces = Faces.of(bodies)
+    own = Faces.with_corners(of, normals, np.concatenate(polygons), np.array([len(p) for p in polygons]))
     begin = np.searchsorted(faces.body, np.arange(len(bodies) + 1))
     count = np.diff(begin)[of]
-    low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
-    areas, starts = np.zeros(len(polygons)), np.cumsum([0, *map(len, polygons)])
-    distance = np.full(starts[-1], np.inf)
+    areas, distance = np.zeros(len(polygons)), np.full(len(own.corners), np.inf)
     for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
         row, face, _ = expanded(begin[of[part]], count[part])
         k = part[row]
         reach = np.maximum(limits, inside)[k, None]
-        near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
+        near = np.all((faces.low[face] <= own.high[k] + reach) & (faces.high[face] >= own.low[k] - reach), axis=1)
         near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
         k, face = k[near], face[near]
         if len(k):
-            chosen = [polygons[i] for i in k.tolist()]
-            shared, corners = _shared(chosen, normals[k], limits[k], inside[k], faces, face)
+            shared, corners = _shared(own, k, limits[k], inside[k], faces, face)
             np.add.at(areas, k, shapely.area(shared))
-            pair, corner, _ = expanded(starts[k], np.diff(starts)[k])
+            pair, corner, _ = expanded(own.start[k], own.count[k])
             # The distance from an empty part is NaN, which fmin ignores.
             np.fmin.at(distance, corner, shapely.distance(shared[pair], corners))
-    return areas, np.maximum.reduceat(distance, starts[:-1])
+    return areas, np.maximum.reduceat(distance, own.start)
 
 
 def _shared(
-    polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, faces: Faces, face: Index
+    own: Faces, k: Index, limits: Array, inside: Array, faces: Faces, face: Index
 ) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
-    """Return the common parts of polygons (m,) and one face each, within the limits, and the corners in that plane."""
-    middles = np.array([p.mean(axis=0) for p in polygons])
+    """Return the common parts of polygons k (m,) and a face each, within the limits, and the corners in that plane."""
+    middles, normals = own.centre[k], own.normal[k]
     axes = np.stack(plane_axes(normals), axis=1)
-    of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
-    extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
-    outlines = flat_polygons(np.concatenate(polygons), of, axes, middles, extent)
+    extent = np.maximum(faces.extent[face], own.extent[k])
+    outlines = own.outlines(k, axes, middles, extent)
     shared = intersections(outlines, uncrossed(faces.outlines(face, axes, middles, extent)))
     # Height of the plane of the face over the plane of the polygon, linear over the polygon.
     facing = np.einsum("ij,ij->i", faces.normal[face], normals)
@@ -125,7 +128,9 @@ def _shared(
     if len(far):
         strips = _strips(level[far], slope[far], -limits[far], inside[far], extent[far])
         shared[far] = shapely.intersection(shared[far], strips)
-    return shared, np.asarray(shapely.points(np.einsum("kaj,kj->ka", axes[of], np.concatenate(polygons) - middles[of])))
+    of, corner, _ = expanded(own.start[k], own.count[k])
+    flat = np.einsum("kaj,kj->ka", axes[of], own.corners[corner] - middles[of])
+    return shared, np.asarray(shapely.points(flat))
 
 
 def _strips(level: Array, slope: Array, lowest: Array, highest: Array, extent: Array) -> NDArray[np.object_]:

@@ -116,7 +116,7 @@ class Tetrahedra:
         answer = np.ones(len(i), dtype=bool)
         for one, other in ((i, j), (j, i)):
             rows = np.flatnonzero(answer)
-            beyond = np.einsum("mfj,mkj->mfk", self.normals[one[rows]], self.corners[other[rows]]).min(axis=2)
+            beyond = np.matmul(self.normals[one[rows]], self.corners[other[rows]].transpose(0, 2, 1)).min(axis=2)
             answer[rows] = np.all(self.heights[one[rows]] - beyond > tolerance, axis=1)
         rows = np.flatnonzero(answer)
         axes = np.cross(self.edges[i[rows], :, None], self.edges[j[rows], None]).reshape(-1, len(_EDGES) ** 2, 3)

@@ -107,6 +107,8 @@ def hardest(w: Array, capacity: Array, *, biaxial: bool) -> Array:
     instead. On the triangle with ``r = q ≤ p``, ``b = w2 − w1`` instead. The work is largest at
     ``a p = b q = −w0 / 3``, where both derivatives are zero, or on an edge.
     """
+    if not len(w):
+        return np.zeros_like(w)
     # Rotate the corners so that the resultant leans towards the first, for each corner.
     turned = w[:, TURNED]
     patterns = _biaxial(turned) if biaxial else _uniaxial(turned)

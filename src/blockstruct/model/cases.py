@@ -32,6 +32,9 @@ from blockstruct.model.model import Model
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_array, si_vector, to_quantity
 from blockstruct.vocabulary import Flow
 
+#: Intervals between samples longer than this, relative to the median, are gaps if at most this share of all is so long.
+GAP, RARE = 1.5, 0.1
+
 
 def flow_rule(value: Flow | str, what: str = "") -> Flow:
     """Return the flow rule of a name."""
@@ -447,6 +450,20 @@ class RecordCase(ModelObject):
             msg = (
                 f"{who}: time does not ascend at sample {k + 1}, {self.time[k + 1]:.6g} s after {self.time[k]:.6g} s; "
                 "sort the record, and leave repeated samples out"
+            )
+            raise ModelError(msg)
+        self._check_gaps(who)
+
+    def _check_gaps(self, who: str) -> None:
+        """Refuse a record that is sampled evenly but for gaps in which the ground accelerates."""
+        intervals, moves = np.diff(self.times), np.abs(self.ground).max(axis=1) > 0
+        long = intervals > GAP * np.median(intervals)
+        gaps = np.flatnonzero(long & (moves[1:] | moves[:-1]))
+        if len(gaps) and long.mean() <= RARE:
+            k = int(gaps[0])
+            msg = (
+                f"{who}: no samples from {self.time[k]:.6g} to {self.time[k + 1]:.6g} s, and the ground accelerates "
+                "there; fill the gap with samples, or cut the record"
             )
             raise ModelError(msg)
 

@@ -43,6 +43,8 @@ class Contacts:
         Blocks; the normal points from minus to plus.
     on_minus, on_plus : (K, 3) arrays, m
         Points of the two blocks that touch, from their centres of mass, in the axes of each block.
+    minus_lever, plus_lever : (K, 3, 3) arrays, m
+        Matrices from a row of force to its moment, in the same axes.
     frame : (K, 3, 3) array
         Normal and two tangents, in the axes of the minus block.
     friction : (K,) array
@@ -54,6 +56,8 @@ class Contacts:
     plus: Index
     on_minus: Array
     on_plus: Array
+    minus_lever: Array
+    plus_lever: Array
     frame: Array
     friction: Array
     force: Array
@@ -118,6 +122,8 @@ class Step:
         J.
     iterations : int
         Linear systems.
+    loads : (B, 6) array
+        Loads about the centres of mass.
     """
 
     motion: Motion
@@ -129,6 +135,7 @@ class Step:
     dissipated_energy: float
     kinetic_energy: float
     iterations: int
+    loads: Array
 
 
 class Dynamics:
@@ -158,7 +165,11 @@ class Dynamics:
         #: Place of each block among the free ones. Supports have the place after the last.
         self._slot = np.full(self._B, len(self._free))
         self._slot[self._free] = np.arange(len(self._free))
-        self._size = masses.size[statics.free]
+        mass = masses.mass[statics.free, None]
+        #: Mass matrix (F, 6, 6) without rotations, and unit of the unbalanced wrenches (6 F,).
+        self._mass = mass[:, :, None] * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        size = masses.size[statics.free, None]
+        self._scale = (GRAVITY * mass * np.hstack([np.ones_like(size), size]).repeat(3, axis=1)).ravel()
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
 
@@ -180,8 +191,9 @@ class Dynamics:
         )
         sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
         np.add.at(force, at, sign[:, None] * before.force[row])
-        force = np.einsum("kai,ki->ka", points.frame, force)
-        return Contacts(points.minus, points.plus, on_minus, on_plus, frame, points.friction, force)
+        force = _turned(points.frame, force)
+        levers = np.cross(on_minus[:, None], np.eye(3)), np.cross(on_plus[:, None], np.eye(3))
+        return Contacts(points.minus, points.plus, on_minus, on_plus, *levers, frame, points.friction, force)
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
         """Return the state after a step; None without a solution.
@@ -201,39 +213,37 @@ class Dynamics:
         R, G = motion.placement.rotation, self._centres(motion.placement)
         i, j = contacts.minus, contacts.plus
         J = R[free] @ m.inertia[free] @ R[free].transpose(0, 2, 1)
-        M = np.zeros((len(free), 6, 6))
-        M[:, [0, 1, 2], [0, 1, 2]], M[:, 3:, 3:] = m.mass[free, None], J
+        M = self._mass.copy()
+        M[:, 3:, 3:] = J
         before = np.linalg.solve(M, motion.momentum[free, :, None])[:, :, 0]
         frame = contacts.frame @ R[i].transpose(0, 2, 1)
-        arm_i, arm_j = (np.einsum("kij,kj->ki", R[b], p) for b, p in ((i, contacts.on_minus), (j, contacts.on_plus)))
+        arm_i, arm_j = _turned(R[i], contacts.on_minus), _turned(R[j], contacts.on_plus)
         gap = np.einsum("ki,ki->k", frame[:, 0], G[j] + arm_j - G[i] - arm_i)
-        relative = self._relative(contacts, frame, arm_i, arm_j)
+        relative = self._relative(contacts, frame, R)
         yields = self._yield[i] + self._yield[j]
         if not whole:
             nearing = -(relative @ before.ravel())[::3]
             h = self._until_impact(h, gap, nearing, yields, float((before * motion.momentum[free]).sum()))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
-        omega = np.zeros((self._B, 3))
-        omega[free] = before[:, 3:]
-        bend = [_cross(omega[b], _cross(omega[b], arm)) for b, arm in ((i, arm_i), (j, arm_j))]
-        way = h**2 / 2 * np.einsum("kai,ki->ka", frame, bend[1] - bend[0])
+        bend, omega = np.zeros((self._B, 3, 3)), before[:, 3:]
+        bend[free] = omega[:, :, None] * omega[:, None] - (omega**2).sum(axis=1)[:, None, None] * np.eye(3)
+        way = h**2 / 2 * _turned(frame, _turned(bend[j], arm_j) - _turned(bend[i], arm_i))
         way[:, 0] += gap
         compliance = COMPLIANCE * self.time_step**2 * yields
         # A contact that is closed damps the velocity, as if the step were longer.
         time = h + np.where(gap <= 0, self.time_step, 0.0)
         law = _Law(contacts, way, time, compliance, 1 / np.maximum(time * k * yields, 2 * compliance), GRAVITY / yields)
-        weight = GRAVITY * m.mass[free]
-        scale = np.repeat(np.column_stack([weight, weight * self._size]), 3, axis=1)
-        push = (motion.momentum[free] / k + loads(h)[free]).ravel()
-        found = _newton(M / k, relative, push, law, np.asarray(before.ravel(), dtype=np.float64), scale.ravel())
+        acting = loads(h)
+        push = (motion.momentum[free] / k + acting[free]).ravel()
+        found = _newton(M / k, relative, push, law, np.asarray(before.ravel(), dtype=np.float64), self._scale)
         if found is None:
             return None
         V, x, iterations = found
         twist, mean, momentum = np.zeros((3, self._B, 6))
         twist[free] = V.reshape(-1, 6)
         mean[free] = (twist[free] + before) / 2
-        momentum[free] = np.einsum("fij,fj->fi", M, twist[free])
+        momentum[free] = _turned(M, twist[free])
         work = float(x.ravel() @ (relative @ mean[free].ravel()))
         loaded = x[:, 0] > 0
         force = np.einsum("kai,ka->ki", frame[loaded], x[loaded])
@@ -247,12 +257,17 @@ class Dynamics:
             dissipated_energy=-k * work,
             kinetic_energy=float((twist * momentum).sum()) / 2,
             iterations=iterations,
+            loads=acting,
         )
 
-    def _relative(self, contacts: Contacts, frame: Array, arm_i: Array, arm_j: Array) -> Any:
+    def _relative(self, contacts: Contacts, frame: Array, R: Array) -> Any:
         """Return the matrix (3 K, 6 F) of the relative velocities of contacts, plus block minus minus block."""
         F, K = len(self._free), len(frame)
-        parts = np.concatenate([-frame, -_cross(arm_i[:, None], frame), frame, _cross(arm_j[:, None], frame)], 2)
+        of_minus, of_plus = (
+            frame @ R[block] @ lever @ R[block].transpose(0, 2, 1)
+            for block, lever in ((contacts.minus, contacts.minus_lever), (contacts.plus, contacts.plus_lever))
+        )
+        parts = np.concatenate([-frame, -of_minus, frame, of_plus], 2)
         ends = self._slot[np.column_stack([contacts.minus, contacts.plus])]
         # The columns of supports are last, and left out.
         if 6 * F <= DENSE:
@@ -274,13 +289,13 @@ class Dynamics:
         return min(h, max(first - 1.5 * short, short))
 
     def _centres(self, placement: Placement) -> Array:
-        return np.asarray(placement.position + np.einsum("bij,bj->bi", placement.rotation, self._masses.offset))
+        return np.asarray(placement.position + _turned(placement.rotation, self._masses.offset))
 
     def _moved(self, placement: Placement, twist: Array, h: float) -> Placement:
         """Return the placement after twists (B, 6) about the centres of mass for a time h."""
         G = self._centres(placement) + h * twist[:, :3]
-        turned = placement.moved(np.column_stack([np.zeros_like(twist[:, :3]), h * twist[:, 3:]])).rotation
-        return Placement(G - np.einsum("bij,bj->bi", turned, self._masses.offset), turned)
+        turned = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
+        return Placement(G - _turned(turned, self._masses.offset), turned)
 
 
 @dataclass(frozen=True, slots=True)
@@ -336,7 +351,7 @@ def _newton(M: Array, relative: Any, push: Array, law: _Law, V: Array, scale: Ar
         delta = _solved(S, missed + relative.T @ change.ravel())
         if delta is None:
             return None
-        change = change - np.einsum("kab,kb->ka", E, (relative @ delta).reshape(K, 3))
+        change = change - _turned(E, (relative @ delta).reshape(K, 3))
         share, best = 1.0, None
         while True:
             tried = V + share * delta, x + share * change
@@ -377,6 +392,6 @@ def _solved(S: Any, b: Array) -> Array | None:
         return None
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """Return the cross products (…, 3): several times as fast as numpy's for small arrays."""
-    return np.asarray(a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]])
+def _turned(matrices: Array, vectors: Array) -> Array:
+    """Return the products (n, r) of matrices (n, r, c) and vectors (n, c)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])

@@ -163,7 +163,8 @@ class _Path:
         free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
         #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
-        self._ways, self._fallen = [0.0], 0.0
+        #: Ways up to each state of the curve, and to the one after the last, m.
+        self._ways, self._fallen, self._states = [0.0], 0.0, 0
         #: Start of the last step, s, and its iterations.
         self._start, self._spent = perf_counter(), 0
         #: The last state in which nothing falls, whose motion continues.
@@ -171,10 +172,10 @@ class _Path:
 
     def take(self, state: MotionState) -> MotionState:
         """Add a state as the last one."""
-        last = self._course.last
-        if last is not None and self._course.curve:
-            self._ways.append(self._ways[-1] + self._way(last))
         self._course.take(state)
+        if len(self._course.curve) == len(self._ways):
+            self._ways.append(self._ways[-1] + self._way(state))
+        self._states += bool(self._course.curve)
         if not state.falls:
             self._going = state
         furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
@@ -190,7 +191,7 @@ class _Path:
         moved = self._course.at(rest, NEAREST * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(
-            moved, unloaded, np.zeros_like(mechanism), self.held, self._length, np.inf, ATTEMPTS[0][1]
+            moved, unloaded, np.zeros_like(mechanism), self.held, self._length / ATTEMPTS[0][1]
         )
         if solved is None:
             return None
@@ -231,7 +232,7 @@ class _Path:
             return reached
         if self._fallen > self._length:
             return CurveEnd.FALLS
-        return CurveEnd.LIMIT_REACHED if len(self._ways) > PATIENCE * max(self._steps, FEW) else None
+        return CurveEnd.LIMIT_REACHED if self._states > PATIENCE * max(self._steps, FEW) else None
 
     def _reached(self) -> CurveEnd | None:
         return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
@@ -269,9 +270,9 @@ class _Path:
 
     def _next_way(self) -> float:
         """Way of the next step, m."""
-        ways = self._gone
+        ways = self._ways
         alpha = np.array([a for _, a in self._course.curve[-FORESEEN:]])
-        way = np.array(ways[:-1][-len(self._course.curve) :])[-FORESEEN:]
+        way = np.array(ways[:-1][-FORESEEN:])
         slope = float(np.polyfit(way, alpha, 1)[0]) if len(way) > 1 else 0.0
         whole = way[-1] - alpha[-1] / slope if slope < 0 else np.inf
         even = min(
@@ -281,15 +282,9 @@ class _Path:
         return min(even, self._longest)
 
     @property
-    def _gone(self) -> list[float]:
-        """Ways up to each state, and to the one after the last, m."""
-        last = self._course.last
-        return [*self._ways, self._ways[-1] + (0.0 if last is None else self._way(last))]
-
-    @property
     def _longest(self) -> float:
         """Longest way of the next step, m."""
-        return GROWTH * max(float(np.diff(self._gone[-RECENT:]).max()), COMPLIANCE * self._length)
+        return GROWTH * max(float(np.diff(self._ways[-RECENT:]).max()), COMPLIANCE * self._length)
 
     def _reach(self, way: float) -> float:
         return max(NEAREST * self._length, 2 * FASTEST * way)
@@ -305,18 +300,21 @@ class _Path:
 
         Blocks fall until they rest. Blocks also fall if no step is found.
         """
-        least = ATTEMPTS[-1][1]
         if memory.falls:
             found = self._fallen_from(placement, twist, memory, self._height(memory))
-            if found is None or found.inertia > least:
+            if found is None or self._is_falling(found):
                 return found
             # A fall from a state that is hardly unstable begins slowly.
             return self._pushed(placement, twist, way, memory) or found
         found = self._pushed(placement, twist, way, memory)
         if found is None:
             found = self._fallen_from(placement, twist, memory, WIDEST * self._length / 4)
-            return found if found is not None and found.inertia > least else None
+            return found if found is not None and self._is_falling(found) else None
         return found
+
+    def _is_falling(self, found: MotionState) -> bool:
+        """Return whether blocks move further in a fall than the control point moves them."""
+        return self._way(found) > OFF * SHORTEST * WIDEST * self._length
 
     def _pushed(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement and its step of a way, which may be shorter.
@@ -366,12 +364,12 @@ class _Path:
         The control point waits.
         """
         reach = WIDEST * self._length
-        wanted = self._time(placement, twist, SHORTEST * reach)
-        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
         moved = self._course.at(placement, reach)
         before = forces_at(moved, memory)
+        wanted = self._time(placement, twist, SHORTEST * reach)
+        falling = twist / max(float(np.linalg.norm(twist[:, :3], axis=1).max()), 1e-300)
         while height > CLOSED * self._length:
-            solved, inertia_time = self._step(moved, before, twist, wanted, far, height, ATTEMPTS[0][1])
+            solved, inertia_time = self._step(moved, before, height * falling, wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 jams = abs(solved.load_factor) > JAMS * self.scale
                 return None if jams else self._completed(moved, solved, wanted, inertia_time, falls=True)
@@ -383,9 +381,10 @@ class _Path:
     ) -> tuple[StepSolution | None, float, float]:
         """Return the first solution of the attempts at a step, its time and its time of inertia."""
         for share, inertia in ATTEMPTS:
-            solved, inertia_time = self._step(moved, before, twist, share * wanted, far, np.inf, inertia)
+            time = share * wanted
+            solved, inertia_time = self._step(moved, before, time * twist, time, far / inertia)
             if solved is not None:
-                return solved, share * wanted, inertia_time
+                return solved, time, inertia_time
         return None, np.nan, np.nan
 
     def _completed(
@@ -427,22 +426,14 @@ class _Path:
         return share if share < 1 else SHORTER
 
     def _step(
-        self,
-        moved: MovedProblem,
-        before: Array,
-        twist: Array,
-        time: float | None,
-        far: float,
-        falls: float,
-        share: float,
+        self, moved: MovedProblem, before: Array, motion: Array, time: float | None, height: float
     ) -> tuple[StepSolution | None, float]:
         """Return the solution of a step and its time of inertia.
 
         ``before`` (K, 3) are the last forces, and ``time`` is None under the dead load alone. Blocks are expected to
-        move by ``far``, or to fall by ``falls``, m.
+        move by ``motion`` (B, 6). In the time of inertia blocks without support fall by ``height``, m.
         """
-        problem, last = moved.problem, self._course.last
-        squared = min(far / share, falls) / STANDARD_GRAVITY
+        problem, last, squared = moved.problem, self._course.last, height / STANDARD_GRAVITY
         step = StepProblem(
             problem=problem,
             gap=moved.contacts.gap * problem.force_unit,
@@ -453,7 +444,7 @@ class _Path:
             displacement=time,
             load_factor=0.0 if last is None else last.load_factor,
         )
-        solved = solve_step(step, moved.velocities(twist * (time or 0.0)))
+        solved = solve_step(step, moved.velocities(motion))
         self._spent += 0 if solved is None else solved.iterations
         return solved, float(np.sqrt(squared))
 
@@ -491,7 +482,7 @@ class _Path:
         """
         least = WIDEST * self._length / 4
         fallen = float(np.linalg.norm(last.velocity, axis=1).max()) * last.motion_time
-        return max(least, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2) if fallen < least / 4 else least
+        return GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2 if fallen < least / 4 else least
 
     def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
         """Return the share of the step of a state at which the load factor is nearly zero; one if it stays above."""

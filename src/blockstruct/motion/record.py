@@ -161,7 +161,6 @@ class _Run:
         peak, impulse, acting = state.peak_displacement.copy(), np.zeros(3), 0.0
         dead = record = dissipated = 0.0
         steps, iterations, done, kinetic = state.steps, state.iterations, 0.0, state.kinetic_energy
-        acceleration = 0.0
         total, splits, part = round(kept_interval(self._case) / h), 0, 0
         while part < total:
             left, time = (part + 1) * h - done, start + done
@@ -178,14 +177,12 @@ class _Run:
                 part, splits = part + 1, 0
                 done = part * h
             k, mean = step.impulse_time, step.mean
-            push = self._push(time - step.impulse_time + motion.last_step / 2, time + motion.last_step / 2)
             dead += k * float((weight * mean).sum())
-            record += k * float((push * mean[:, :3]).sum())
+            record += k * float(((step.loads - weight) * mean).sum())
             dissipated += step.dissipated_energy
             impulse += k * self._on_structure(forces)
             acting += k
-            acceleration = 2 * float(np.linalg.norm(mean[:, :3] - twist[:, :3], axis=1).max()) / k
-            twist = step.twist
+            earlier, twist = twist, step.twist
             steps, iterations, kinetic = steps + 1, iterations + step.iterations, step.kinetic_energy
             place = motion.placement
             np.maximum(peak, np.linalg.norm(place.position - self._start.position, axis=1), out=peak)
@@ -205,7 +202,7 @@ class _Run:
             peak_displacement=peak,
             ground_acceleration=self._acceleration(time),
             base_reaction=impulse / acting,
-            acceleration=acceleration,
+            acceleration=float(np.linalg.norm(twist[:, :3] - earlier[:, :3], axis=1).max()) / k,
             kinetic_energy=kinetic,
             dead_work=state.dead_work + dead,
             record_work=state.record_work + record,

@@ -129,8 +129,8 @@ def corrected_forces(
     BT = sp.csr_array(B.T)
     nothing = np.zeros(len(wanted))
     load, alpha = (nothing, 0.0) if aim is None else (aim.free * aim.load, aim.alpha)
-    place = 3 * np.arange(len(x))[:, None, None]
-    rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
+    columns = (3 * np.arange(len(x))[:, None, None] + np.arange(3)).repeat(3, axis=1).ravel()
+    starts = np.arange(0, 3 * x.size + 1, 3)
     share, short = 1.0, 0
     residual = cost = np.inf
     for count in range(corrections + 1):
@@ -146,7 +146,7 @@ def corrected_forces(
         short = short + 1 if aim is not None and share < aim.nowhere else 0
         if short == STUCK:
             break
-        metric = sp.csr_array((_metric(x, mu).ravel(), (rows.ravel(), columns.ravel())))
+        metric = sp.csr_array((_metric(x, mu).ravel(), columns, starts), shape=(x.size, x.size))
         down = np.asarray(metric @ aim.cost.ravel()) if balanced and aim is not None else np.zeros(x.size)
         push = _pushed(sp.csr_array(B @ metric @ BT), load, np.asarray(B @ down) if balanced else missed)
         change = (metric @ (BT @ push) - down).reshape(-1, 3)
@@ -174,11 +174,11 @@ def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:
         return np.asarray(push + lu.solve(missed - M @ push))
     # Only the load resists a mechanism. Conjugate gradients remove the effect of the addition to the diagonal.
     push, _ = sp.linalg.cg(
-        sp.linalg.LinearOperator((n, n), matvec=lambda p: stiffness @ p + load * (load @ p)),
+        sp.linalg.LinearOperator((n, n), matvec=lambda p: stiffness @ p + load * (load @ p), dtype=float),
         missed,
         rtol=REFINED,
         maxiter=REFINEMENTS,
-        M=sp.linalg.LinearOperator((n, n), matvec=lu.solve),
+        M=sp.linalg.LinearOperator((n, n), matvec=lu.solve, dtype=float),
     )
     return np.asarray(push)
 

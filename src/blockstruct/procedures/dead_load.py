@@ -46,16 +46,16 @@ def dead_load_program(
     # Crushing enters exactly, whatever the settings: a single program has no iterate to linearise about.
     program, sliding = ConicProgram(own, replace(settings, crushing="conic")), true_sliding(own)
     step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, max_load_factor=1.0)
-    share, proof = step.load_factor, step.certificate
-    whole = share >= 1 - settings.numerics.equilibrium_tolerance
-    if whole and proof.admissible:
+    whole = step.load_factor >= 1 - settings.numerics.equilibrium_tolerance
+    if whole and step.certificate.admissible:
         return step.x[:, 0]
-    if proof.holds and share <= NOTHING:
+    if step.load_factor <= NOTHING or not step.certificate.holds:
         step = _as_it_falls(own, step, settings, solver)
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
-    if proof.holds and not whole:
+    if step.certificate.holds and not whole:
         # A share below the solver's tolerance is zero.
-        return Outcome(Status.UNSTABLE, np.nan, Reason.DEAD_LOAD_NOT_CARRIED, carried=round(max(share, 0.0), 6))
+        share = round(max(step.load_factor, 0.0), 6)
+        return Outcome(Status.UNSTABLE, np.nan, Reason.DEAD_LOAD_NOT_CARRIED, carried=share)
     return given_up(problem, Reason.DEAD_LOAD_UNDECIDED)
 
 

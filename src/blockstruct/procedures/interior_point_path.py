@@ -73,7 +73,8 @@ class InteriorPointPath(Path):
             self.end = PathEnd.LIMIT_REACHED
             return None
         for _ in range(ATTEMPTS):
-            if self._spent >= MAX_OF_PATH:
+            self.is_exhausted = self._spent >= MAX_OF_PATH
+            if self.is_exhausted:
                 return None
             s = self._next
             # The state under dead load is too far from the first step to be a useful guess.

@@ -57,7 +57,8 @@ def loading_path(
     from the path, the path advances further and is closed again, up to ``ATTEMPTS`` times.
 
     If it still differs, or if the path does not finish, the whole path is repeated with steps half as long, and at last
-    with steps of the other kind.
+    with steps of the other kind. Shorter steps take more iterations, so a path that used up its iterations is not
+    repeated with them.
 
     Parameters
     ----------
@@ -88,6 +89,8 @@ def loading_path(
     for attempt, divisor in (half_steps, other_kind):
         if end is PathEnd.CLOSED and found is not None and found.settled:
             break
+        if divisor > 1 and path.is_exhausted:
+            continue
         repeated = _KINDS[attempt.path_steps](path.program, attempt, divisor)
         latest_end, latest = yield from _followed(repeated, bound, attempt, solver)
         if latest_end is PathEnd.CLOSED and latest is not None and (end is not PathEnd.CLOSED or latest.settled):

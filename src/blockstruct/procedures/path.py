@@ -47,6 +47,8 @@ class Path(ABC):
         The program.
     peak : float
         Largest load factor so far.
+    is_exhausted : bool
+        Whether all iterations of the path are used up.
     end : PathEnd
         Why the next step is None.
     contact : ContactProblem
@@ -65,7 +67,7 @@ class Path(ABC):
         self._first, self._growth = settings.path_step / divided, settings.path_growth ** (1 / divided)
         self._load_factors: list[tuple[float, float]] = []
         self._total, self._unit = 0.0, np.nan
-        self.peak, self.end = -np.inf, PathEnd.STEP_NOT_SOLVED
+        self.peak, self.end, self.is_exhausted = -np.inf, PathEnd.STEP_NOT_SOLVED, False
 
     @cached_property
     def dead_load(self) -> Iteration | None:

@@ -24,7 +24,9 @@ TOLERANCE, PATIENCE = 1e-5, 60
 #: Most iterations of all steps together.
 MAX_OF_PATH = 12_000
 #: Divisor of the tolerance and factor of the patience for steps after an inexact end. It applies to all steps if
-#: rectangles crush about both axes at once: a small rotation about the other axis then decides the load factor.
+#: rectangles crush about both axes at once: a small rotation about the other axis then decides the load factor. The
+#: patience also applies to a state under dead load that is not found at once. Measured on a bonded house of 115 blocks
+#: that crush: the residual is 1.1e-3 after 215 iterations, when it halves too slowly, and 9e-6 after 685.
 CARE = 4
 #: Largest residual of an accepted step.
 ACCEPTED = 0.3
@@ -48,23 +50,25 @@ class SplittingPath(Path):
         self._spent = 0
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
-        found = self._splitting.solve(
-            self._rest(),
-            self._splitting.start(),
-            penalty=PENALTY,
-            tolerance=TOLERANCE,
-            patience=PATIENCE,
-        )
-        if not found.residual <= ENOUGH:
-            return None
-        self._state = found.state
-        return found.state, found.iterations
+        for care in (1, CARE):
+            found = self._splitting.solve(
+                self._rest(),
+                self._splitting.start(),
+                penalty=PENALTY,
+                tolerance=TOLERANCE,
+                patience=PATIENCE * care,
+            )
+            if found.residual <= ENOUGH:
+                self._state = found.state
+                return found.state, found.iterations
+        return None
 
     def advance(self, bound: float) -> Iteration | None:
         """Solve the next step; return None if the path has ended."""
         start = perf_counter()
         length = self._growth * self._step if self._step else self._first
-        if self._is_at_limit(bound) or self._spent >= MAX_OF_PATH:
+        self.is_exhausted = self._spent >= MAX_OF_PATH
+        if self._is_at_limit(bound) or self.is_exhausted:
             self.end = PathEnd.LIMIT_REACHED
             return None
         s = length * self._unit

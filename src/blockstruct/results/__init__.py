@@ -7,7 +7,15 @@ positive. Velocities belong to a variable load that does work at 1 W (``w_L·u =
 
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor, capacity_frame, history_frame
-from blockstruct.results.analysis import Analysis
+from blockstruct.results.analysis import (
+    Analysis,
+    checked_parameters,
+    checked_tags,
+    checked_value,
+    plain_value,
+    restored_value,
+    stored_value,
+)
 from blockstruct.results.capacity import (
     arrays_of_response,
     beginning_of,
@@ -44,14 +52,6 @@ from blockstruct.results.interfaces import (
     utilisation,
 )
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism, with_motion
-from blockstruct.results.parameters import (
-    checked_parameters,
-    checked_tags,
-    checked_value,
-    plain_value,
-    restored_value,
-    stored_value,
-)
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.ties import (
     breaking_words,

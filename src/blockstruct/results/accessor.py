@@ -11,7 +11,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
 from blockstruct.files import csv_text
-from blockstruct.results.interfaces import contact_state, interface_resultants, utilisation
+from blockstruct.results import interfaces
 from blockstruct.units import Q_
 from blockstruct.vocabulary import ContactState
 
@@ -37,9 +37,9 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
     elif variable in history.data_vars:
         data = history[[variable]]
     elif variable == "state":
-        data = contact_state(history).to_dataset(name="state")
+        data = interfaces.contact_state(history).to_dataset(name="state")
     elif variable in ("force", "moment", "eccentricity"):
-        data = interface_resultants(history)[[variable]]
+        data = interfaces.interface_resultants(history)[[variable]]
     else:
         known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
         msg = f"history: no variable {shown(variable)}; it has {', '.join(known)}"
@@ -184,7 +184,7 @@ class HistoryAccessor:
         UnknownNameError
             If there is no such iteration.
         """
-        ranked = utilisation(self._ds)["sliding"].transpose("iteration", "interface") if by is None else by
+        ranked = interfaces.utilisation(self._ds)["sliding"].transpose("iteration", "interface") if by is None else by
         position = self._position(iteration)
         values = ranked.isel(iteration=position).to_numpy()
         index = pd.Index(self._ds["interface"].to_numpy(), name="interface")
@@ -204,7 +204,7 @@ class HistoryAccessor:
         points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
         alone = self._ds.isel(contact_point=points, interface=[index])
         alone = alone.assign_coords(interface_of_contact_point=("contact_point", np.zeros(len(points), dtype=int)))
-        resultants = interface_resultants(alone).isel(interface=0)
+        resultants = interfaces.interface_resultants(alone).isel(interface=0)
         return {str(name): _given(resultants[name], plain=plain) for name in resultants.data_vars}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
@@ -342,7 +342,7 @@ class HistoryAccessor:
         if state not in known:
             msg = f"history: no state {shown(state)}; give one of {', '.join(known)}"
             raise UnknownNameError(msg)
-        states = contact_state(history).transpose("iteration", "interface").to_numpy()
+        states = interfaces.contact_state(history).transpose("iteration", "interface").to_numpy()
         values, index = np.unique(states.astype(str), return_inverse=True)
         of_value = np.array([state in value.split(" + ") for value in values], dtype=bool)
         return of_value[index].reshape(states.shape)

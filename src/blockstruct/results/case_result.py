@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct import text as texts
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
@@ -29,33 +30,7 @@ from blockstruct.results.interfaces import (
 )
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
-from blockstruct.text import (
-    LISTED,
-    LOAD_FACTOR,
-    NO_COLLAPSE_STATE,
-    SMALL,
-    STEPS_OF_PATH,
-    STEPS_OF_PROGRAMS,
-    Answer,
-    Note,
-    NoteCode,
-    Severity,
-    body_sentences,
-    capitalised,
-    caveats,
-    curve_end,
-    effect_note,
-    ended,
-    failure_clause,
-    joints_sentence,
-    more_ties,
-    motion_clause,
-    moving_sentence,
-    pushed_masses,
-    range_text,
-    sentence,
-    why,
-)
+from blockstruct.text import LOAD_FACTOR, Answer, Note, NoteCode, Severity
 from blockstruct.vocabulary import ContactState, Flow, Stage, Status
 
 
@@ -115,7 +90,7 @@ class Headline:
     @property
     def range(self) -> str:
         """Text of the range; empty without variants of the loading path."""
-        return range_text(self.path_range, self.answer)
+        return texts.range_text(self.path_range, self.answer)
 
     @property
     def bound(self) -> str:
@@ -127,7 +102,7 @@ class Headline:
 
     def text(self, digits: int = 4) -> str:
         """Return the sentence on the case, with a number of significant digits."""
-        return sentence(
+        return texts.sentence(
             self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
         )
 
@@ -167,21 +142,21 @@ def describe(
         (
             body.blocks,
             body.total / weight if weight > 0 else 0.0,
-            motion_clause(body.translation, body.axis, body.centroid, body.speed),
+            texts.motion_clause(body.translation, body.axis, body.centroid, body.speed),
         )
         for body in moving
     ]
-    lines = [NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
+    lines = [texts.NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
     share = sum(share for _, share, _ in parts)
-    lines.append(moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
-    lines += body_sentences(parts)
-    lines += [joints_sentence(_FAILING[state], joints) for state, joints in main_joints(history).items()]
+    lines.append(texts.moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
+    lines += texts.body_sentences(parts)
+    lines += [texts.joints_sentence(_FAILING[state], joints) for state, joints in main_joints(history).items()]
     if "tie" in history.sizes:
         ties = tie_sentences(history)
-        more = len(ties) - LISTED
-        lines += ties[:LISTED] + [more_ties(more)] * (more > 0)
+        more = len(ties) - texts.LISTED
+        lines += ties[: texts.LISTED] + [texts.more_ties(more)] * (more > 0)
     on_path = (history["stage"] == Stage.LOADING_PATH.value).any()
-    lines.append(STEPS_OF_PATH if on_path else STEPS_OF_PROGRAMS)
+    lines.append(texts.STEPS_OF_PATH if on_path else texts.STEPS_OF_PROGRAMS)
     return "\n".join(lines)
 
 
@@ -191,7 +166,7 @@ def failures(history: xr.Dataset) -> str:
     The last iteration counts.
     """
     states = active_joints(history).head(3)["state"]
-    return failure_clause(zip(states.index.astype(str), states, strict=True))
+    return texts.failure_clause(zip(states.index.astype(str), states, strict=True))
 
 
 def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
@@ -221,7 +196,7 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
         largest = ranked.max(initial=0.0)
         if largest > 0:
             order = np.argsort(-ranked, kind="stable")
-            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > SMALL * largest]
+            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > texts.SMALL * largest]
     return joints
 
 
@@ -411,12 +386,12 @@ class CaseResult:
     @property
     def ended(self) -> str:
         """Status of the case, and whether its load factor settled, in words."""
-        return ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
+        return texts.ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
 
     @property
     def message(self) -> str:
         """Why the case ended with its status, without a full stop."""
-        text = why(self.outcome, self.answer, self.hung)
+        text = texts.why(self.outcome, self.answer, self.hung)
         if self.status.is_of_dead_load and self.n_iterations:
             text += failures(self.history)
         return f"{text}; {self.damage}" if self.damage else text
@@ -521,7 +496,7 @@ class CaseResult:
         """How the curve ended, or why it is missing, as a clause; empty if it has not ended."""
         if self.curve_outcome is None or not has_curve(self.case):
             return ""
-        return curve_end(self.curve_outcome, self.case)
+        return texts.curve_end(self.curve_outcome, self.case)
 
     @property
     def missing_curve(self) -> str:
@@ -590,7 +565,7 @@ class CaseResult:
         if np.isposinf(bound):
             stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
             is_searched = bool(np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any())
-        return caveats(self.outcome, self.answer, bound=bound, is_searched=is_searched, jammed=self.jammed)
+        return texts.caveats(self.outcome, self.answer, bound=bound, is_searched=is_searched, jammed=self.jammed)
 
     @property
     def _cautions(self) -> list[Note]:
@@ -603,7 +578,7 @@ class CaseResult:
         changed = self.outcome.uniform_torsion
         if np.isnan(changed):
             return torsion_notes(self.model, self.history, self.answer.name)
-        effect = effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
+        effect = texts.effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
         # In narrow joints the remedy leaves much of the excess.
         left = torsion_notes(self.model, self.history, self.answer.name, limited=True)
         return [*([effect] if effect else []), *left]
@@ -614,7 +589,7 @@ class CaseResult:
             return None
         changed = self.outcome.biaxial_crushing
         if np.isfinite(changed):
-            return effect_note(NoteCode.BIAXIAL_CRUSHING, self.load_factor, changed, self.answer)
+            return texts.effect_note(NoteCode.BIAXIAL_CRUSHING, self.load_factor, changed, self.answer)
         return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
 
     @property
@@ -677,7 +652,7 @@ class CaseResult:
     def masses(self) -> str:
         """Sentences on the masses that a push moves; empty for self-weight alone."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
-        return "" if plain else pushed_masses(self.model, self.case)
+        return "" if plain else texts.pushed_masses(self.model, self.case)
 
     @property
     def _moves(self) -> bool:
@@ -719,7 +694,7 @@ class CaseResult:
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
         if self.curve_ended:
-            moved = capitalised(self.curve_ended)
+            moved = texts.capitalised(self.curve_ended)
         return "\n".join(filter(None, (str(self), moved, *notes, motion)))
 
     def __repr__(self) -> str:

@@ -17,7 +17,8 @@ from blockstruct.results.mechanism import ACCURACY, motion_of
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
 
-#: Difference of load factors, relative to the largest of both curves, from which two curves count as different.
+#: Difference of load factors, relative to the largest of both curves, and of the ends of two curves, from which they
+#: count as different.
 APART = 1e-2
 
 

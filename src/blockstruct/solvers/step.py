@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 SOLVED = 1e-9
 #: Share of its limit from which friction slid in the step before.
 SLIDES = 1e-6
-#: Most Newton iterations.
-ITERATIONS = 8
+#: Most Newton iterations, and the largest residual, in dead wrenches: that of an overlap by about a block.
+ITERATIONS, LARGEST = 8, 1e6
 #: Earlier residuals of which the largest must not be exceeded, and halvings of a step to get there.
 RECENT, HALVINGS = 4, 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
@@ -30,9 +30,9 @@ UNBALANCED, INCOMPATIBLE = 1e-2, 3e-3
 EXACT = 3e-4
 #: Iterations in which the errors must halve while they are too large, and when they are not.
 PATIENCE, BRIEF = 400, 100
-#: Compliances of the springs of splitting, relative to the mean slip divided by the mean force. The second is tried if
-#: the first does not converge.
-COMPLIANCES = (3.0, 30.0)
+#: Compliances of the springs of splitting, relative to the mean slip divided by the mean force. The others are tried
+#: if the first does not converge.
+COMPLIANCES = (3.0, 0.3, 30.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,11 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     for compliance in COMPLIANCES:
         if found is not None:
             break
-        rough = _split(newton, motion, compliance)
+        try:
+            rough = _split(newton, motion, compliance)
+        except RuntimeError:
+            # The matrix is singular to rounding: the step is much longer than the blocks.
+            return None
         if rough is not None:
             newton.iterations += rough.iterations
             found = newton.solve(rough.u, rough.load_factor) or rough
@@ -283,24 +287,21 @@ class _Newton:
     def solve(self, u: Array, alpha: float) -> StepSolution | None:
         """Solve from displacements and a load factor; return None if the method does not converge."""
         kept, slope = self._limited(self._trial(u))
-        recent = [np.inf]
+        recent = [LARGEST]
         for _ in range(ITERATIONS):
             more, rise = self._direction(u, alpha, kept, slope)
-            best = np.inf
             for halving in range(HALVINGS + 1):
                 at = u + 0.5**halving * more, alpha + 0.5**halving * rise
-                forces, slopes = self._limited(self._trial(at[0]))
-                missed = self._missed(*at, forces)
-                if (size := float(np.linalg.norm(missed))) < best:
-                    best, next_u, next_alpha, kept, slope = size, *at, forces, slopes
-                    largest = float(np.abs(missed).max())
-                if best < max(recent[-RECENT:]):
+                kept, slope = self._limited(self._trial(at[0]))
+                missed = self._missed(*at, kept)
+                size = float(np.linalg.norm(missed))
+                if size <= max(recent[-RECENT:]):
                     break
-            if not np.isfinite(best):
+            else:
                 return None
-            u, alpha = next_u, next_alpha
-            recent.append(best)
-            if largest <= SOLVED:
+            u, alpha = at
+            recent.append(size)
+            if np.abs(missed).max() <= SOLVED:
                 x, T = kept[: 3 * self._K].reshape(-1, 3), kept[3 * self._K :]
                 return StepSolution(x, T, u, float(alpha), self.iterations)
         return None
@@ -348,14 +349,14 @@ def limited(x: Array, friction: Array) -> tuple[Array, Array]:
 
     Contacts bear no tension, and friction up to ``μ n``.
     """
-    n, size = np.maximum(x[:, 0], 0.0), np.hypot(x[:, 1], x[:, 2])
+    n, size = np.maximum(x[:, 0], 0.0), np.maximum(np.hypot(x[:, 1], x[:, 2]), 1e-300)
     most = friction * n
-    slides = size > most
-    share = np.divide(most, size, out=np.ones(len(n)), where=slides)
-    along = x[:, 1:] / np.maximum(size, 1e-300)[:, None]
+    slides = size > np.maximum(most, 1e-300)
+    share = np.where(slides, most, 1.0) / np.where(slides, size, 1.0)
+    along = x[:, 1:] / size[:, None]
     slope = np.zeros((len(n), 3, 3))
     slope[:, 0, 0] = n > 0
     slope[:, 1, 1] = slope[:, 2, 2] = share
-    slope[:, 1:, 1:] -= np.where(slides, share, 0.0)[:, None, None] * along[:, :, None] * along[:, None]
-    slope[:, 1:, 0] = np.where(slides & (n > 0), friction, 0.0)[:, None] * along
+    slope[:, 1:, 1:] -= (slides * share)[:, None, None] * along[:, :, None] * along[:, None]
+    slope[:, 1:, 0] = ((slides & (n > 0)) * friction)[:, None] * along
     return np.column_stack([n, share[:, None] * x[:, 1:]]), slope

@@ -22,14 +22,13 @@ from blockstruct.files import unreadable
 from blockstruct.model import JOINT_PROPERTIES
 from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
+from blockstruct.results.comparison import APART
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
 from blockstruct.storage.netcdf import member, plain, read_numbers
 from blockstruct.storage.run_folder import SUFFIX
 from blockstruct.units import SI_UNITS
 
-#: Relative difference up to which two pushovers have the same end.
-SAME_END = 1e-2
 #: A row of the table, a case or a file that cannot be read, by column.
 Row = dict[str, Any]
 
@@ -251,7 +250,7 @@ class Archive:
         ends = [joined[f"d0{suffix}"].fillna(joined[f"curve_end{suffix}"]) for suffix in ("", "_other")]
         joined["end_difference"] = relative_difference(*ends)
         joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")
-        joined["agree"] &= joined["end_difference"].abs().le(SAME_END)
+        joined["agree"] &= joined["end_difference"].abs().le(APART)
         joined["agree"] &= joined["d0"].isna().eq(joined["d0_other"].isna())
         for column in ("status", "model_hash"):
             joined["agree"] &= joined[column].eq(joined[f"{column}_other"])

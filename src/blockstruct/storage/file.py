@@ -28,38 +28,7 @@ from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model, checked_text
 from blockstruct.results import Analysis, CaseResult, LazyHistory, checked_tags, restored_value, stored_value
 from blockstruct.schema import listed_violations, schema, violations
-from blockstruct.storage.layout import (
-    Finding,
-    bound_findings,
-    capacity_findings,
-    case_dataset,
-    case_findings,
-    certificate_findings,
-    group_name,
-    history_findings,
-    index_findings,
-    migrated,
-    model_dataset,
-    model_findings,
-    reaction_findings,
-    read_model,
-    read_patterns,
-    read_result,
-    response_findings,
-)
-from blockstruct.storage.netcdf import (
-    Image,
-    Outline,
-    begins_anew,
-    member,
-    netcdf_image,
-    outline,
-    outline_of,
-    plain,
-    read_dataset,
-    read_values,
-    with_numbers,
-)
+from blockstruct.storage import layout, netcdf
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 #: What contents that satisfy the schema can still raise in constructors.
@@ -70,7 +39,7 @@ Blank = Callable[[Model, CaseResult], xr.Dataset]
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
 #: Groups that only some cases have, and what finds where they contradict themselves or the model.
-PARTS = {"capacity": capacity_findings, "response": response_findings}
+PARTS = {"capacity": layout.capacity_findings, "response": layout.response_findings}
 #: The kind of file, for messages.
 ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
@@ -291,7 +260,7 @@ class AnalysisFile:
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
             self.major = major(self.attrs["format_version"])
-            self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
+            self.cases = {name: f"/cases/{layout.group_name(name)}" for name in json.loads(self.attrs["cases"])}
             self.parts = {p: [part for part in PARTS if _has(file, p, part)] for p in self.cases.values()}
 
     @contextlib.contextmanager
@@ -319,18 +288,18 @@ class AnalysisFile:
             finally:
                 self._kept = None
 
-    def root_findings(self) -> list[Finding]:
+    def root_findings(self) -> list[layout.Finding]:
         """Return the violations of the root and of the list of cases."""
         with self.opened() as file:
-            violations = self._violations("/", outline(file).lines, "")
+            violations = self._violations("/", netcdf.outline(file).lines, "")
             held = file.get("cases", ())
-            if len(held) != len(self.cases) or set(held) != {group_name(name) for name in self.cases}:
+            if len(held) != len(self.cases) or set(held) != {layout.group_name(name) for name in self.cases}:
                 violations.append(("/cases", "the groups are not those that the attribute cases of / lists"))
         return violations
 
     def group(
-        self, place: str, part: str, read: Callable[[Outline], xr.Dataset] = read_dataset
-    ) -> tuple[xr.Dataset | None, list[Finding]]:
+        self, place: str, part: str, read: Callable[[netcdf.Outline], xr.Dataset] = netcdf.read_dataset
+    ) -> tuple[xr.Dataset | None, list[layout.Finding]]:
         """Return a group, or the violations that keep it from being read.
 
         Parameters
@@ -344,7 +313,7 @@ class AnalysisFile:
         """
         with self.opened() as file:
             try:
-                contents = outline(member(file, place))
+                contents = netcdf.outline(netcdf.member(file, place))
             except FormatError as error:
                 return None, [(place, str(error))]
             wrong = self._violations(place, contents.lines, part)
@@ -353,7 +322,7 @@ class AnalysisFile:
     def load_factors(self, case: str) -> Any:
         """Return only the load factors of the history of a case by the path of its group."""
         with self.opened() as file:
-            values = member(file, f"{case}/history/load_factor")
+            values = netcdf.member(file, f"{case}/history/load_factor")
             if values.dtype != np.float64 or values.ndim != 1 or values.nbytes > self.stamp.size:
                 msg = f"{case}/history/load_factor: {values.dtype} {values.shape} is not a list of numbers"
                 raise FormatError(msg)
@@ -372,7 +341,7 @@ class AnalysisFile:
         def stored(ds: Any, name: str) -> Any:
             return indexing.LazilyIndexedArray(_Stored(self, f"{place}/{name}", ds.shape, ds.dtype))
 
-        history, found = self.group(place, "history", lambda found: read_dataset(found, stored))
+        history, found = self.group(place, "history", lambda found: netcdf.read_dataset(found, stored))
         if history is None:
             raise violated(self.path, found)
         return history
@@ -384,9 +353,11 @@ class AnalysisFile:
         """
         with self.opened() as file:
             histories = [f"{place}/history/iteration" for place in self.cases.values()]
-            return any(begins_anew(member(file, "/model"), member(file, place)) for place in histories[:1])
+            return any(
+                netcdf.begins_anew(netcdf.member(file, "/model"), netcdf.member(file, place)) for place in histories[:1]
+            )
 
-    def _violations(self, place: str, found: dict[str, Any], part: str) -> list[Finding]:
+    def _violations(self, place: str, found: dict[str, Any], part: str) -> list[layout.Finding]:
         return [(_placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]
 
 
@@ -401,10 +372,10 @@ class _Stored(BackendArray):
 
     def _read(self, key: Any) -> Any:
         with self._file.opened() as groups:
-            return read_values(member(groups, self._place), key)
+            return netcdf.read_values(netcdf.member(groups, self._place), key)
 
 
-def violated(path: Path, found: list[Finding]) -> FormatError:
+def violated(path: Path, found: list[layout.Finding]) -> FormatError:
     """Return the error of a file with findings."""
     in_order = sorted(found, key=lambda finding: finding[0].split(": "))
     return FormatError(f"{path}: {listed_violations(in_order)}")
@@ -424,7 +395,7 @@ def parameters_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
 def _has(file: h5py.File, case: str, part: str) -> bool:
     """Return whether the group of a case has a part, ``capacity`` or ``response``."""
     try:
-        return part in member(file, case)
+        return part in netcdf.member(file, case)
     except (FormatError, TypeError):
         return False
 
@@ -440,7 +411,7 @@ def _unsealed(path: Path, snapshot: Snapshot) -> str:
 
 def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     """Return the root attributes of an analysis of a version that can be read."""
-    attrs = {name: plain(value) for name, value in file.attrs.items()}
+    attrs = {name: netcdf.plain(value) for name, value in file.attrs.items()}
     version = str(attrs.get("format_version", ""))
     wrong = ""
     if attrs.get("format") != FORMAT:
@@ -536,24 +507,24 @@ def check_file(path: str | Path) -> dict[str, Any]:
     file = AnalysisFile(path)
     violations = file.root_findings()
     model, wrong = file.group("/model", "model")
-    violations += wrong if model is None else index_findings("/model", model)
+    violations += wrong if model is None else layout.index_findings("/model", model)
     for place, parts in file.parts.items():
         case, wrong = file.group(place, "case")
         history, wrong_too = file.group(f"{place}/history", "history")
         violations += [*wrong, *wrong_too]
         if case is not None and history is not None:
             load_factors = history["load_factor"].to_numpy()
-            violations += case_findings(place, case, load_factors, parts)
-            violations += bound_findings(place, case, history)
+            violations += layout.case_findings(place, case, load_factors, parts)
+            violations += layout.bound_findings(place, case, history)
         if history is not None and model is not None:
-            violations += history_findings(f"{place}/history", history, model)
+            violations += layout.history_findings(f"{place}/history", history, model)
         for part in parts:
             ds, wrong = file.group(f"{place}/{part}", part)
             violations += wrong
             if ds is not None and model is not None:
                 violations += PARTS[part](f"{place}/{part}", ds, model)
     if model is not None and not violations:
-        violations += model_findings("/model", model, read_analysis(file).model)
+        violations += layout.model_findings("/model", model, read_analysis(file).model)
     if violations:
         raise violated(file.path, violations)
     return file.attrs
@@ -578,7 +549,7 @@ def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     if not is_old:
         return _analysis(file, groups, blank)
     with _damage_at(file, "/"):
-        return _analysis(file, dict(migrated(groups, file.major, major(FORMAT_VERSION))), blank)
+        return _analysis(file, dict(layout.migrated(groups, file.major, major(FORMAT_VERSION))), blank)
 
 
 @contextlib.contextmanager
@@ -594,18 +565,18 @@ def _damage_at(file: AnalysisFile, place: str) -> Iterator[None]:
 
 def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
     root, held = groups["/"].attrs, groups["/model"]
-    violations = list(index_findings("/model", held))
+    violations = list(layout.index_findings("/model", held))
     for place, parts in file.parts.items():
         for part in parts:
             violations += PARTS[part](f"{place}/{part}", groups[f"{place}/{part}"], held)
         if blank is None or int(groups[place]["n_iterations"]):
             history = groups.get(f"{place}/history")
             load_factors = file.load_factors(place) if history is None else history["load_factor"].to_numpy()
-            violations += case_findings(place, groups[place], load_factors, parts)
+            violations += layout.case_findings(place, groups[place], load_factors, parts)
     if violations:
         raise violated(file.path, violations)
     with _damage_at(file, "/model"):
-        model, patterns = read_model(held), read_patterns(held)
+        model, patterns = layout.read_model(held), layout.read_patterns(held)
     if model.hash != root["model_hash"]:
         msg = f"{file.path}: /model: its content does not match model_hash; the file was changed, use the original"
         raise FormatError(msg)
@@ -613,8 +584,8 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     for name, place in file.cases.items():
         with _damage_at(file, place):
             results[name] = _result(file, groups, place, patterns, model, blank)
-            violations += reaction_findings(place, groups[place], results[name])
-            violations += certificate_findings(place, results[name])
+            violations += layout.reaction_findings(place, groups[place], results[name])
+            violations += layout.certificate_findings(place, results[name])
     if violations:
         raise violated(file.path, violations)
     return Analysis(
@@ -643,7 +614,7 @@ def _result(
     def result(history: xr.Dataset | LazyHistory) -> CaseResult:
         versions = json.loads(file.attrs["versions"])
         parts = {part: groups.get(f"{place}/{part}") for part in PARTS}
-        return read_result(groups[place], history, model, patterns, versions, **parts)
+        return layout.read_result(groups[place], history, model, patterns, versions, **parts)
 
     if f"{place}/history" in groups:
         return result(groups[f"{place}/history"])
@@ -655,7 +626,7 @@ def _result(
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
     history, violations = file.group(place, "history")
     if history is not None:
-        violations = list(history_findings(place, history, names))
+        violations = list(layout.history_findings(place, history, names))
         if not violations:
             return history
     raise violated(file.path, violations)
@@ -664,7 +635,7 @@ def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
 class ModelImage(NamedTuple):
     """The part of a file that is the same before and after a run: its schema and its model."""
 
-    image: Image
+    image: netcdf.Image
     model: xr.Dataset
 
     @classmethod
@@ -676,15 +647,17 @@ class ModelImage(NamedTuple):
         FormatError
             If the model violates the schema or contradicts itself.
         """
-        model = model_dataset(analysis.model, patterns(analysis.cases))
-        found = [*_violations("/model", model, "model"), *index_findings("/model", model)]
+        model = layout.model_dataset(analysis.model, patterns(analysis.cases))
+        found = [*_violations("/model", model, "model"), *layout.index_findings("/model", model)]
         if found:
             raise violated(path, found)
         global _last_model
-        image = None if _last_model is None else with_numbers(_last_model.image, "/model", _last_model.model, model)
+        image = (
+            None if _last_model is None else netcdf.with_numbers(_last_model.image, "/model", _last_model.model, model)
+        )
         if image is None:
             text = json.dumps(schema(SCHEMA), separators=(",", ":"))
-            image = netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model})
+            image = netcdf.netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model})
         _last_model = cls(image, model)
         return _last_model
 
@@ -720,7 +693,7 @@ def sealed_image(
     violations = _violations("/", root, "", ("model", "cases"))
     tree = {"/": xr.Dataset(attrs=attrs)}
     for of_case, result in analysis.items():
-        place, case = f"/cases/{group_name(of_case)}", case_dataset(result, analysis.versions)
+        place, case = f"/cases/{layout.group_name(of_case)}", layout.case_dataset(result, analysis.versions)
         tree |= {place: case, f"{place}/history": xr.Dataset()}
         parts = {name: ds for name in PARTS if (ds := getattr(result, name)) is not None}
         violations += _violations(place, case, "case", ("history", *parts))
@@ -733,11 +706,11 @@ def sealed_image(
             if wrong := _violations(f"{place}/history", history, "history"):
                 violations += wrong
                 continue
-            violations += history_findings(f"{place}/history", history, model)
-            violations += case_findings(place, case, history["load_factor"].to_numpy(), parts)
+            violations += layout.history_findings(f"{place}/history", history, model)
+            violations += layout.case_findings(place, case, history["load_factor"].to_numpy(), parts)
     if violations:
         raise violated(path, violations)
-    content = netcdf_image(tree, image).content
+    content = netcdf.netcdf_image(tree, image).content
     return content, seal_of(content)
 
 
@@ -758,8 +731,8 @@ def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
     return list(by_name.values())
 
 
-def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:
-    return [(_placed(place, where), what) for where, what in violations(outline_of(ds, groups), SCHEMA, part)]
+def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[layout.Finding]:
+    return [(_placed(place, where), what) for where, what in violations(netcdf.outline_of(ds, groups), SCHEMA, part)]
 
 
 def _root_attributes(analysis: Analysis) -> dict[str, str]:

@@ -70,7 +70,7 @@ else:
 
 
 SUFFIX = ".h5"
-#: Seconds between two waits for the disk: a power cut takes at most so much of a run, a killed process nothing.
+#: Seconds between two waits for the disk. A power cut takes at most this much work, a killed process none of it.
 FLUSHED = 1.0
 #: Attempts to make a lock that another writer removes at the same moment.
 _ATTEMPTS = 1000
@@ -462,7 +462,7 @@ class Journal:
 
     A record is a line, ``blockstruct record KIND LENGTH SHA-256``, and its bytes. The checksum covers the checksum
     before, the line up to it and the bytes. A record that is changed, missing or in another place ends the reading.
-    The system has each record before the next iteration, and the disk at most ``FLUSHED`` seconds of records later.
+    The system has each record at once, and the disk all but the records of the last ``FLUSHED`` seconds of work.
 
     Parameters
     ----------

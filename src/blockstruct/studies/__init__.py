@@ -17,7 +17,7 @@
 
 from blockstruct.model import direction_cases
 from blockstruct.studies.by_direction import Directions, directions
-from blockstruct.studies.document import StudyDocument, read_study
+from blockstruct.studies.design import StudyDocument, read_study
 from blockstruct.studies.running import StudyProgress, print_progress, study
 from blockstruct.studies.summary import cases_with_load_factors, first_order, fragility, frame_of, summary
 

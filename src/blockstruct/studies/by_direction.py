@@ -17,11 +17,11 @@ from blockstruct.errors import ModelError, StudyWarning
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
+from blockstruct.results.interfaces import ROUNDING
 from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
-_ROUNDING = 1e-6
 #: Largest angle between neighbours, degrees, for which the directions cover the compass and gaps are not reported.
 _COMPASS = 90.0
 #: Pattern of the case names that direction_cases makes.
@@ -145,7 +145,7 @@ class Directions:
     def _least(self) -> int:
         load_factors = self.data["load_factor"].to_numpy()
         # Several values may differ by rounding only: take the first.
-        return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + _ROUNDING))[0])
+        return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + ROUNDING))[0])
 
     @property
     def without_load_factor(self) -> list[str]:

@@ -14,6 +14,7 @@ from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, Unkn
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results import CaseResult, sliding_rates
+from blockstruct.results.interfaces import ROUNDING
 from blockstruct.studies.design import GRID, LATIN, Design
 from blockstruct.studies.plan import Problem
 from blockstruct.units import si
@@ -258,7 +259,7 @@ def cases_with_load_factors(data: xr.Dataset) -> list[str]:
     The answers of settlements are reactions.
     """
     settles = np.zeros(data.sizes["case"], dtype=bool)
-    for name in ("reaction", "reaction_moment"):
+    for name in _REACTIONS:
         if name in data:
             settles |= data[name].notnull().any([dim for dim in data[name].dims if dim != "case"]).to_numpy()
     return [str(name) for name in data["case"].to_numpy()[~settles]]
@@ -375,13 +376,12 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
     with np.errstate(invalid="ignore"):
         low = np.where(k > 0, beta.ppf(tail, k, n - k + 1), 0.0)
         high = np.where(k < n, beta.ppf(1 - tail, k + 1, n - k), 1.0)
-    plain = {"units": "dimensionless"}
     variables = {
-        "records": (over, n, plain | {"long_name": "records with an answer"}),
-        "collapses": (over, k, plain | {"long_name": "records under which the structure collapses"}),
-        "share": (over, k / np.where(n > 0, n, np.nan), plain | {"long_name": "share of collapses"}),
-        "low": (over, np.where(n > 0, low, 0.0), plain | {"long_name": f"low end of the {confidence:.0%} interval"}),
-        "high": (over, np.where(n > 0, high, 1.0), plain | {"long_name": f"high end of the {confidence:.0%} interval"}),
+        "records": (over, n, _NONE | {"long_name": "records with an answer"}),
+        "collapses": (over, k, _NONE | {"long_name": "records under which the structure collapses"}),
+        "share": (over, k / np.where(n > 0, n, np.nan), _NONE | {"long_name": "share of collapses"}),
+        "low": (over, np.where(n > 0, low, 0.0), _NONE | {"long_name": f"low end of the {confidence:.0%} interval"}),
+        "high": (over, np.where(n > 0, high, 1.0), _NONE | {"long_name": f"high end of the {confidence:.0%} interval"}),
     }
     summary = xr.Dataset(variables, coords={over: data[over], "fractile": list(FRACTILES)})
     if "peak_displacement" in data:
@@ -400,8 +400,6 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
 
 #: Relative step of the coefficients in the test for a kink, and tolerated difference of derivatives in the test.
 _STEP, _SAME = 1e-4, 0.02
-#: Derivative, relative to the load factor, that counts as rounding.
-_ROUNDING = 1e-6
 
 
 def first_order(result: CaseResult, standard_deviation: float | Mapping[str, float]) -> xr.Dataset:
@@ -477,7 +475,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     along = ("interface",)
     predicted, left, right = _kink(result, derivative)
     # If friction has no effect, as in rocking, the derivatives are rounding errors.
-    same = max(_SAME * float(np.abs(derivative).sum()), _ROUNDING * abs(result.load_factor))
+    same = max(_SAME * float(np.abs(derivative).sum()), ROUNDING * abs(result.load_factor))
     unique = max(abs(left - predicted), abs(right - predicted)) <= same
     if not unique:
         msg = (

@@ -20,17 +20,8 @@ from blockstruct.storage import save_image
 from blockstruct.studies.plan import Job, Plan, Problem, carry_out, carry_out_far, carry_out_sent, described
 
 #: One thread per library, because the workers share the processors.
-_ONE_THREAD = dict.fromkeys(
-    (
-        "OMP_NUM_THREADS",
-        "OPENBLAS_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "VECLIB_MAXIMUM_THREADS",
-        "NUMEXPR_NUM_THREADS",
-        "RAYON_NUM_THREADS",
-    ),
-    "1",
-)
+_ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "RAYON")}
+_ONE_THREAD |= {"VECLIB_MAXIMUM_THREADS": "1"}
 
 #: Runs as they end, each with the reason if it has no results.
 Ended = Generator[tuple[Job, Problem], None, None]
@@ -88,6 +79,8 @@ def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
     # Spawned, not forked: a lock that a fork copies while it is held never opens.
     context = get_context("spawn")
     ends_with_parent, held_by_parent = context.Pipe(duplex=False)
+    # Windows waits for at most 61 processes.
+    workers = min(workers, 61) if sys.platform == "win32" else workers
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
     try:
         with _start_of_processes(needs_script=bool(why_script)):

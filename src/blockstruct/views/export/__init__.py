@@ -4,8 +4,7 @@ ParaView files are written by :func:`blockstruct.views.paraview.write_paraview`.
 """
 
 from blockstruct.views.export.assembly import write_assembly
-from blockstruct.views.export.glb import write_glb
-from blockstruct.views.export.motion import write_moved
+from blockstruct.views.export.motion import write_glb, write_moved
 from blockstruct.views.export.tables import tables, write_tables
 
 __all__ = ["tables", "write_assembly", "write_glb", "write_moved", "write_tables"]

@@ -23,34 +23,12 @@ from plotly.offline import get_plotlyjs
 
 import blockstruct as bs
 from blockstruct.units import readable
+from blockstruct.views import style, words
 from blockstruct.views.console import plain
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
-from blockstruct.views.style import (
-    ACCENT,
-    AMPLITUDE,
-    BODY_COLOURS,
-    EDGE,
-    FORCE,
-    GHOST,
-    MEASURES,
-    STATE_COLOURS,
-    STONE,
-    SUPPORT,
-    TIE_COLOURS,
-    UTILISATION,
-    parts,
-)
-from blockstruct.views.words import (
-    admissible_words,
-    certificate_words,
-    pushover_words,
-    range_words,
-    spread_words,
-    status_words,
-    warning_words,
-)
+from blockstruct.views.style import parts
 
 #: Suffixes of files that are not pages.
 _NO_PAGES = (".pdf", ".png", ".svg")
@@ -205,19 +183,19 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
     return {
         "name": model.name,
         "look": {
-            "stone": STONE,
-            "support": SUPPORT,
-            "ghost": GHOST,
-            "edge": EDGE,
-            "force": FORCE,
-            "dead": ACCENT,
-            "amplitude": AMPLITUDE,
+            "stone": style.STONE,
+            "support": style.SUPPORT,
+            "ghost": style.GHOST,
+            "edge": style.EDGE,
+            "force": style.FORCE,
+            "dead": style.ACCENT,
+            "amplitude": style.AMPLITUDE,
             "full": bs.results.FULLY_USED,
             "eye": eye(first).tolist(),
-            "states": STATE_COLOURS,
-            "ties": TIE_COLOURS,
-            "utilisation": UTILISATION,
-            "bodies": BODY_COLOURS,
+            "states": style.STATE_COLOURS,
+            "ties": style.TIE_COLOURS,
+            "utilisation": style.UTILISATION,
+            "bodies": style.BODY_COLOURS,
         },
         "origin": origin.tolist(),
         "blocks": _blocks(model, solids, origin),
@@ -284,9 +262,9 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     """Return the load factor, of the run as given in a spread, and the sentences below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
     plain = result if spread is None else spread.given
-    below = [] if result is plain else [status_words(plain)]
-    below += [] if spread is None else [spread_words(spread)]
-    below += [range_words(result), warning_words(plain), admissible_words(result)]
+    below = [] if result is plain else [words.status_words(plain)]
+    below += [] if spread is None else [words.spread_words(spread)]
+    below += [words.range_words(result), words.warning_words(plain), words.admissible_words(result)]
     return {"number": plain.headline.number, "below": [text for text in below if text]}
 
 
@@ -309,11 +287,11 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
         "arrows": _arrows(result, origin),
         "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
-        "status": " ".join([status_words(result), *pushover_words(result)]),
-        "certificate": certificate_words(result),
+        "status": " ".join([words.status_words(result), *words.pushover_words(result)]),
+        "certificate": words.certificate_words(result),
         "stage": [stage.replace("_", " ") for stage in history["stage"].to_numpy().tolist()],
         "answers": plain((answers * scale).tolist()),
-        "measures": {label: plain(history[name].to_numpy().tolist()) for name, (label, *_) in MEASURES.items()},
+        "measures": {label: plain(history[name].to_numpy().tolist()) for name, (label, *_) in style.MEASURES.items()},
         "largest": np.where(largest > 0, largest, 1.0).tolist(),
         "force": _packed(force, "<f4"),
         "eccentricity": _packed(np.where(pressed, eccentricity, np.nan), "<f4"),

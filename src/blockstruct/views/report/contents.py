@@ -11,33 +11,11 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.text import Scope, assumption_sentences, masses_below, report
 from blockstruct.units import readable
+from blockstruct.views import words
 from blockstruct.views.console import directions_text, parameter_texts
 from blockstruct.views.figures import drawings, overview
-from blockstruct.views.report.summary import (
-    Notes,
-    beginning_words,
-    checked,
-    geometry_picture,
-    mechanism_picture,
-    picture,
-    relied_motion,
-    relied_on,
-    shared_sections,
-    undemanded,
-    verification,
-)
+from blockstruct.views.report import summary
 from blockstruct.views.selection import shown_results
-from blockstruct.views.words import (
-    admissible_words,
-    cells_of,
-    certificate_words,
-    pushover_words,
-    range_words,
-    roller_words,
-    spread_words,
-    status_words,
-    tie_words,
-)
 from blockstruct.vocabulary import counted
 
 #: Pictures of a case in the appendix, and their width and height, inches: three in a row.
@@ -57,17 +35,17 @@ def contents(
     unit_sizes: bs.assess.UnitSizes | None = None,
 ) -> dict[str, Any]:
     """Return everything that the template may name, texts with their units."""
-    model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
+    model, spreads, of_case = analysis.model, analysis.spreads, summary.checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
     # The notes on the case relied on come first, and have the first numbers.
-    notes = Notes()
-    first = relied_on(analysis, of_case, notes)
+    notes = summary.Notes()
+    first = summary.relied_on(analysis, of_case, notes)
     checks_of: dict[str, list[dict[str, Any]]] = {}
     for name, check in of_case:
-        checks_of.setdefault(name, []).append(verification(name, check, notes))
+        checks_of.setdefault(name, []).append(summary.verification(name, check, notes))
     every = [check for found in checks_of.values() for check in found]
-    drawn = {name: relied_motion(check) for name, check in of_case}
+    drawn = {name: summary.relied_motion(check) for name, check in of_case}
     page: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
@@ -77,7 +55,7 @@ def contents(
         "tags": list(analysis.tags),
         "parameters": parameter_texts(analysis),
         "directions": directions_text(analysis),
-        "overview": [picture(d) for d in overview(analysis)],
+        "overview": [summary.picture(d) for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³"), _source(m)) for m in model.materials.values()],
@@ -90,10 +68,10 @@ def contents(
         "results": [_headline(r, notes, checks_of.get(r.name, [])) for r in shown_results(analysis)],
         "verification": every,
         "rounded": bs.assess.lines.ROUNDED,
-        "shared": shared_sections(every),
-        "undemanded": undemanded(analysis),
+        "shared": summary.shared_sections(every),
+        "undemanded": summary.undemanded(analysis),
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
-        "geometry": geometry_picture(model),
+        "geometry": summary.geometry_picture(model),
         "cases": [_case(r, notes, checks_of.get(r.name, []), drawn.get(r.name, r)) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, [check for _, check in of_case]),
         "masses": below_loads(pushed_masses(model, results)),
@@ -260,7 +238,7 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
-def _headline(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _headline(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     head = r.headline
     return _result(r) | {
         "range": head.range,
@@ -270,9 +248,11 @@ def _headline(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]
     }
 
 
-def _numbers(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the numbers of the notes on a case and its checks."""
-    return sorted({*notes.numbers([*r.warnings, *r.owed]), *(n for check in checks for n in check["notes"])})
+def _numbers(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return the numbers of the notes on a case, or on its checks, which include the notes on the run relied on."""
+    if not checks:
+        return notes.numbers([*r.warnings, *r.owed])
+    return sorted({number for check in checks for number in check["notes"]})
 
 
 def _result(r: bs.CaseResult) -> dict[str, str]:
@@ -281,7 +261,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
         "flow": r.case.flow.value,
         "status": r.ended,
         "number": r.headline.number,
-        "begins": beginning_words(r),
+        "begins": summary.beginning_words(r),
     }
 
 
@@ -289,13 +269,13 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
     settings = spread.given.settings.flat
     return {
         "name": name,
-        "words": spread_words(spread),
+        "words": words.spread_words(spread),
         "runs": [
             _result(r)
             | {
                 "name": schedule,
                 "settings": ", ".join(
-                    f"{what.replace('_', ' ')} {value}"
+                    f"{what.replace('_', ' ')} {f'{value:.4g}' if isinstance(value, float) else value}"
                     for what, value in r.settings.flat.items()
                     if value != settings[what]
                 ),
@@ -306,7 +286,9 @@ def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
     }
 
 
-def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]], drawn: bs.CaseResult) -> dict[str, Any]:
+def _case(
+    r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]], drawn: bs.CaseResult
+) -> dict[str, Any]:
     """Return the page of a case, with the mechanism drawn that its check relies on."""
     # A case without iterations has nothing to count or draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
@@ -316,15 +298,17 @@ def _case(r: bs.CaseResult, notes: Notes, checks: Sequence[Mapping[str, Any]], d
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,
-        "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
-        "certificate_words": certificate_words(r),
-        "ties": [*roller_words(r), *tie_words(r)],
-        "pushover": pushover_words(r),
+        "status_words": " ".join(
+            filter(None, (words.status_words(r), words.range_words(r), words.admissible_words(r)))
+        ),
+        "certificate_words": words.certificate_words(r),
+        "ties": [*words.roller_words(r), *words.tie_words(r)],
+        "pushover": words.pushover_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "notes": _numbers(r, notes, checks),
         "checks": checks,
-        "picture": mechanism_picture(drawn),
-        "pictures": [picture(replace(d, size=_SMALL)) for d in drawings(r) if d.name in _DETAILS],
+        "picture": summary.mechanism_picture(drawn),
+        "pictures": [summary.picture(replace(d, size=_SMALL)) for d in drawings(r) if d.name in _DETAILS],
     }
 
 
@@ -358,7 +342,7 @@ def assumptions(
     masses = pushed_masses(model, results)
     if len(masses) > _FEW:
         masses = [masses_below(len(masses))]
-    return assumption_sentences(model, scope, cells_of(results), masses, bs.assess.lines.HIGHER)
+    return assumption_sentences(model, scope, words.cells_of(results), masses, bs.assess.lines.HIGHER)
 
 
 def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:

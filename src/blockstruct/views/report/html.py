@@ -132,7 +132,7 @@ def _environment(template: Path | None = None) -> _Environment:
 
 @cache
 def _standard() -> jinja2.Template:
-    """Return the standard template, compiled once; its rounds are those of the report, and have no limit."""
+    """Return the standard template, compiled once. Its loops have no limit."""
     environment = _environment()
     environment.most_rounds = math.inf
     return environment.get_template(_OWN)

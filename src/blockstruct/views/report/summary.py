@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.text import NoteCode, report
+from blockstruct.text import FEW, NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import moving_bodies
@@ -30,7 +30,8 @@ def picture(drawing: Drawing) -> dict[str, Any]:
 def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
     """Return the picture of the mechanism with its load, and the legend of its bodies; None without a mechanism.
 
-    Bodies below two percent of the moving weight are one entry of the legend.
+    The legend lists the five heaviest bodies. The others, and bodies below two percent of the moving weight, are one
+    entry.
     """
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
@@ -56,7 +57,7 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
     """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
     moving = moving_bodies(result, -1)[1]
     whole = sum(body.total for body in moving)
-    large = [body for body in moving if body.total >= text.SMALL * whole]
+    large = [body for body in moving if body.total >= text.SMALL * whole][: text.LISTED]
     rows = [
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
@@ -178,7 +179,7 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
     return {
         "name": name,
         "verdict": str(verdict),
-        # The status of an unsettled case says more.
+        # The status of an unsettled case has more detail.
         "missed": not (check.satisfied or check.result.drifts),
         "ratio": verdict.state.ratio_text(),
         "state": check.relied_on,
@@ -198,7 +199,7 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
 
 
 def shared_sections(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Take the sections that all checks have alike out of them, and return them once: spectrum, coefficients."""
+    """Remove the sections that all checks share, spectrum and coefficients, and return them once."""
     if not found:
         return []
     first, *others = (check["sections"] for check in found)
@@ -215,8 +216,6 @@ _WORST_FIRST = (
 )
 #: Relative difference between the first load factor of a curve and the load factor of its case that is reported.
 _APART = 0.005
-#: Curves that the first page of a report has room for.
-_LISTED = 3
 #: Pushes up to which no compass is drawn.
 _FEW = 2
 
@@ -236,8 +235,11 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         return nothing | {"name": "", "sentence": report.NO_CASE, "between": ""}
     head, result = heads[name], analysis[name]
     begins = beginning_words(result)
-    of_check = [note.text for note in check.notes] if check else []
-    texts = [*result.warnings, *result.owed, *of_check]
+    if check:
+        # Those of a check include the notes on the run that it relies on, which may be a variant of the case.
+        texts = [note.text for note in sorted(check.notes, key=lambda note: note.severity is not Severity.WARNING)]
+    else:
+        texts = [*result.warnings, *result.owed]
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
@@ -364,7 +366,7 @@ def curve_sentences(
         and _first(curve) < heads[relied_on].load_factor
     ]
     sentences = []
-    for name in names[:_LISTED]:
+    for name in names[:FEW]:
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
         doubts = [str(part) for part in bs.results.doubtful_parts(curve, procedure)]
@@ -376,7 +378,7 @@ def curve_sentences(
             clauses += [breaks[0], *([report.MORE_BREAKS] if breaks[1:] else [])]
         if any(clauses):
             sentences.append(report.curve_sentence(name, list(filter(None, clauses)), settles="reaction" in curve))
-    more = len(names) - _LISTED
+    more = len(names) - FEW
     return [*sentences, report.more_curves(more)] if more > 0 else sentences
 
 
