@@ -118,6 +118,18 @@ def call(monkeypatch, capsys):
 
 
 @pytest.fixture
+def done(call):
+    """Call the command, which ends without an error; gives standard output."""
+
+    def run(*words):
+        code, out, err = call(*words)
+        assert code == 0, err
+        return out
+
+    return run
+
+
+@pytest.fixture
 def blank_pictures(monkeypatch):
     """Pictures of a report are drawn, and take their place on its pages, but are not turned into pixels."""
     plain = Drawing.picture

@@ -75,13 +75,12 @@ def test_demo(call, tmp_path):
         (("plotly", "matplotlib"), ['view and report need: pip install "blockstruct[report,viz]"']),
     ],
 )
-def test_a_run_names_the_extras_of_next_commands(call, small_model, small_cases, tmp_path, monkeypatch, missing, words):
+def test_a_run_names_the_extras_of_next_commands(done, small_model, small_cases, tmp_path, monkeypatch, missing, words):
     path = tmp_path / "wall.h5"
     bs.AnalysisManager(small_model, path).run(small_cases[:1])
     find = importlib.util.find_spec
     monkeypatch.setattr(cli_runs, "find_spec", lambda name: None if name in missing else find(name))
-    code, out, _ = call("resume", path)
-    assert code == 0
+    out = done("resume", path)
     assert out.partition("\nnext: ")[2].splitlines()[1:] == words
 
 
@@ -273,16 +272,14 @@ def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_
     assert bs.results.compare(bs.open_analysis(path), small_analysis).agrees()
 
 
-def test_archive(call, file, tmp_path):
+def test_archive(call, done, file, tmp_path):
     (tmp_path / "sub").mkdir()
     shutil.copy(file, tmp_path / "sub" / "a.h5")
     (tmp_path / "b.h5").write_text("notes")
-    code, out, _ = call("archive", tmp_path)
-    assert code == 0
+    out = done("archive", tmp_path)
     for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "not a readable HDF5"):
         assert word in out
-    code, out, _ = call("archive", tmp_path, "--where", "flow == 'associative'")
-    assert code == 0
+    out = done("archive", tmp_path, "--where", "flow == 'associative'")
     assert "push associative" in out
     assert "push nonassociative" not in out
     assert call("archive", tmp_path, "--csv", tmp_path / "t.csv")[0] == 0
@@ -355,10 +352,9 @@ def test_figures_are_written_into_a_folder(call, file, tmp_path, monkeypatch):
     assert "push-nonassociative-mechanism.svg" in written
 
 
-def test_view_and_report_write_next_to_the_file(call, file):
+def test_view_and_report_write_next_to_the_file(done, file):
     for command, name in (("view", "small.html"), ("report", "small-report.html")):
-        code, out, _ = call(command, file)
-        assert code == 0
+        out = done(command, file)
         target = file.with_name(name)
         assert f"written: {target}, {target.stat().st_size / 1e6:.1f} MB" in out
         assert "small wall" in target.read_text(encoding="utf-8")
@@ -436,15 +432,14 @@ def test_a_warning_is_one_line(call, document):
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 @pytest.mark.parametrize("drifts", [True, False])
-def test_tables_mark_unsettled_cases(call, small_model, tmp_path, drifts):
+def test_tables_mark_unsettled_cases(call, done, small_model, tmp_path, drifts):
     drifting = "settings: { procedure: fictitious, schedule: { patience: 3, load_factor_tolerance: 1.0e-15 } }\n"
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     document = bs.write_document(tmp_path / "wall.yaml", small_model, [case])
     document.write_text(document.read_text(encoding="utf-8") + drifting * drifts, encoding="utf-8")
     parameters = "parameters: { joint_materials.dry.friction_coefficient: [0.65] }\n"
     (tmp_path / "study.yaml").write_text(f"blockstruct: study-1\nmodel: wall.yaml\n{parameters}", encoding="utf-8")
-    code, out, err = call("study", tmp_path / "study.yaml", "-o", tmp_path / "runs", "--workers", 1)
-    assert code == 0, err
+    out = done("study", tmp_path / "study.yaml", "-o", tmp_path / "runs", "--workers", 1)
     _, table, _ = call("archive", tmp_path / "runs")
     assert ["NOT SETTLED" in " ".join(text.split()) for text in (out, table)] == [drifts, drifts]
     rows = bs.Archive(tmp_path / "runs").table()
@@ -473,7 +468,7 @@ def test_corners_too_round_are_refused_before_the_run(call, document, tmp_path):
     assert call("check", document)[0] == 0
 
 
-def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path, monkeypatch):
+def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, done, tmp_path, monkeypatch):
     heights = ("0.512345 m", "0.623456 m")
     for name, height in zip(("a wall of which the name is long.h5", "b.h5"), heights, strict=True):
         case = bs.Pushover("pushed over", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=3)
@@ -485,8 +480,7 @@ def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path
     for width in (30, 60, 80):
         # A console keeps the width that the environment had when it was made.
         monkeypatch.setattr("blockstruct.cli.app.out", Console(highlight=False, width=width))
-        code, out, err = call("archive", tmp_path)
-        assert code == 0, err
+        out = done("archive", tmp_path)
         assert "…" not in out
         numbers = {height.split()[0] for height in heights}
         numbers |= {f"{row[name]:.6g}" for row in rows for name in ("load_factor", "n_iterations")}

@@ -24,24 +24,21 @@ def file(tmp_path_factory):
     return bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), path)
 
 
-def test_every_case_with_a_load_factor_is_checked(call, file):
-    code, out, err = call("assess", file, "--spectrum", SITE, "--confidence-factor", "1.35")
-    assert code == 0, err
+def test_every_case_with_a_load_factor_is_checked(done, file):
+    out = done("assess", file, "--spectrum", SITE, "--confidence-factor", "1.35")
     assert out.count("relied on: SLV, linear: capacity / demand = 0.823, not satisfied") == 1
     assert "[C8.7.1.2.1.5 (C8.7.1.8)]" in out
     assert "down" not in out.replace("down to", "")
-    code, out, _ = call("assess", file, "--spectrum", SITE, "--case", "rocks", "--method", "displacement")
-    assert code == 0
+    out = done("assess", file, "--spectrum", SITE, "--case", "rocks", "--method", "displacement")
     assert "relied on: SLV, by displacement" in out
 
 
-def test_a_site_and_modes_are_read_from_texts(call, file):
+def test_a_site_and_modes_are_read_from_texts(done, file):
     ground = bs.assess.ntc_spectrum("0.15 g_0", 2.4, "0.3 s", "B", "T2")
     mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)
     assert demand_of(f"{SITE}, topography=T2", [MODE, MODE]) == bs.assess.floor_spectrum(ground, [mode, mode])
     words = ("--spectrum", SITE, "--mode", MODE, "--case", "rocks", "--knowledge-level", "LC1")
-    code, out, err = call("assess", file, *words)
-    assert code == 0, err
+    out = done("assess", file, *words)
     assert "largest acceleration at z" in out
 
 
@@ -131,27 +128,25 @@ def test_settlements_and_cases_that_fall_are_named_and_not_checked(call, tmp_pat
     assert "not checked without a load factor: falls (unstable under dead load)" in " ".join(out.split())
 
 
-def test_the_report_checks_one_case(call, tmp_path):
+def test_the_report_checks_one_case(done, tmp_path):
     case = "also"
     blocks, joint = single_block(0.4, 4.0)
     cases = [bs.LimitCase(name, SELF_WEIGHT, push(1, 0, 0)) for name in ("rocks", "also")]
     file = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "two.h5")
     target = tmp_path / "r.html"
-    code, _, err = call("report", file, "-o", target, "--spectrum", SITE, "--knowledge-level", "LC1", "--case", case)
-    assert code == 0, err
+    done("report", file, "-o", target, "--spectrum", SITE, "--knowledge-level", "LC1", "--case", case)
     text = target.read_text(encoding="utf-8")
     assert f"Relied on: capacity / demand 0.823 of “{case}” (SLV, linear)" in text
     assert "the least of 2 checks" not in text
 
 
-def test_a_model_document_gives_one_verdict_and_a_report(call, tmp_path):
+def test_a_model_document_gives_one_verdict_and_a_report(call, done, tmp_path):
     """The block of the file, in two directions: the verdict of the weaker one, the same in print and on the page."""
     blocks, joint = single_block(0.4, 4.0)
     model = tmp_path / "block.yaml"
     bs.write_document(model, model_of(blocks, joint), [bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0))])
     words = ("--spectrum", SITE, "--knowledge-level", "LC1", "--direction", "+x", "--direction", "+y")
-    code, out, err = call("assess", model, *words, "-o", tmp_path / "r.html")
-    assert code == 0, err
+    out = done("assess", model, *words, "-o", tmp_path / "r.html")
     assert "push +x: SLV, linear: capacity / demand = 0.823, not satisfied" in out
     page = (tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Relied on: capacity / demand 0.823 of “push +x” (SLV, linear)" in page

@@ -90,6 +90,13 @@ def test_an_angle_is_accepted_a_near_miss_or_rejected(degrees, reason, near_miss
     assert np.degrees(contact.angle) == pytest.approx(degrees)
 
 
+def test_a_corner_given_twice_hides_no_contact():
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1], [1, 0, 1]]
+    faces = [[0, 3, 2, 1], [4, 8, 5, 6, 7], [0, 1, 5, 8, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    cube = bs.Block.from_faces("cube", Q_(corners, "m"), faces, STONE, fixed=True)
+    assert len(detect(cube, box("upper", [0, 0, 1])).interfaces) == 1
+
+
 def test_the_area_tolerance():
     blocks = FLOOR, box("a", [0, 0, 0]), box("b", [0.99, 0, 1])
     assert judged(detect(*blocks).report, "a", "b").area == pytest.approx(0.01)

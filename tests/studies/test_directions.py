@@ -131,13 +131,12 @@ cases: [{name: push, dead: dead, %s, flow: associative}]
 """
 
 
-def test_directions_of_a_document(tmp_path, call):
+def test_directions_of_a_document(tmp_path, done):
     path = tmp_path / "pier.yaml"
     path.write_text(DOCUMENT % "directions: 4")
-    code, out, err = call("run", path, "-o", tmp_path / "pier.h5")
-    assert code == 0, err
+    out = done("run", path, "-o", tmp_path / "pier.h5")
     assert "governing: 90 deg, load factor 0.2\n" in out
-    code, out, _ = call("show", tmp_path / "pier.h5")
+    out = done("show", tmp_path / "pier.h5")
     assert "pier: pushed in 4 directions\n" in out
     path.write_text(DOCUMENT % "directions: [30 deg, 300 deg], vertical: -0.5")
     names = [case.name for case in bs.read_document(path).cases]
@@ -145,7 +144,7 @@ def test_directions_of_a_document(tmp_path, call):
 
 
 @pytest.mark.parametrize("second", ["push", "quake"])
-def test_each_case_with_directions_has_its_summary(tmp_path, call, second):
+def test_each_case_with_directions_has_its_summary(tmp_path, done, second):
     path = tmp_path / "pier.yaml"
     more = (
         f"{{name: {second}, dead: dead, directions: [0 deg, 90 deg], vertical: 0.5, flow: associative}}, "
@@ -153,16 +152,14 @@ def test_each_case_with_directions_has_its_summary(tmp_path, call, second):
     )
     text = (DOCUMENT % "directions: 4").replace("associative}]", f"associative}}, {more}]")
     path.write_text(text.replace("{dead: [", "{along: [{kind: body_force, direction: +x}], dead: ["))
-    code, out, err = call("run", path, "-o", tmp_path / "pier.h5")
-    assert code == 0, err
+    out = done("run", path, "-o", tmp_path / "pier.h5")
     assert "case push, pier: pushed in 4 directions\n" in out
     assert "  governing: 90 deg, load factor 0.2\n" in out
     # About the edge, the lever of the weight is b / 2, that of the push h / 2 and of its part upwards b / 2.
     assert f"case {second}, pier: pushed in 2 directions, with 0.5 of it up\n" in out
     assert f"  governing: 90 deg, load factor {0.2 / (1 + 0.5 * 0.2):.4g}\n" in out
     summaries, _, _ = out[out.index("case push, pier:") :].partition("written:")
-    code, out, _ = call("show", tmp_path / "pier.h5")
-    assert code == 0
+    out = done("show", tmp_path / "pier.h5")
     assert summaries in out
 
 

@@ -359,7 +359,7 @@ def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model
     analysis = bs.AnalysisManager(small_model, listeners=[stopping(CaseStarted, case="two")]).run(cases)
     with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
         assert page.inner_text("#case option:enabled") == "one"
-        assert page.inner_text("#case option:disabled") == "two: interrupted, interrupted by the user"
+        assert page.inner_text("#case option:disabled") == f"two: {analysis['two'].headline}"
 
 
 @pytest.mark.slow

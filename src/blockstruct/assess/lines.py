@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-#: Width of the first column on paper.
+#: Width of the names of quantities, in characters.
 _WIDTH = 38
 #: Remark on printed numbers that do not reproduce the last digit of a result.
 ROUNDED = "Printed numbers are rounded; each result is calculated from unrounded numbers."
@@ -46,7 +46,7 @@ class Section:
     title : str
     lines : tuple of Line
     is_detail : bool
-        Whether the verdict does not rest on them, such as the lines of another limit state.
+        Whether the verdict is independent of them, as of the lines of another limit state.
     """
 
     title: str

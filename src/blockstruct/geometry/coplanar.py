@@ -158,7 +158,9 @@ def _side_by_side(faces: Faces, front: Index, back: Index) -> NDArray[np.bool_]:
     following = next_corners(first, faces.count[front])
     corners = faces.corners[corner]
     outward = np.cross(corners[following] - corners, normal[pair])
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    # An edge without length gives NaN, which comes last and parts nothing.
+    with np.errstate(invalid="ignore"):
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     beyond = np.einsum("ij,ij->i", outward, faces.centre[back][pair] - corners)
     nearest = np.lexsort((beyond, pair))[first + faces.count[front] - 1]
 

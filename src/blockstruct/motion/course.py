@@ -16,7 +16,7 @@ from blockstruct.motion.state import MotionState
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Distance, in mean block sizes, up to which a contact point continues an earlier one.
+#: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05
 #: Number of recent steps. Their work measures the gap of a step, and the longest of them limits the next step.
 RECENT = 4

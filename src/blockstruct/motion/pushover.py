@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import Iteration, Placement, ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
-from blockstruct.motion.course import RECENT, Course, carried, forces_at, loaded
+from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
@@ -25,13 +25,10 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Longest way of a step, relative to the longest one of the recent steps.
+#: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
+#: number of steps.
 GROWTH = 2.0
-#: Longest way of a step, relative to the way so far divided by the requested number of steps.
-LARGEST = 2.0
-#: Share of the remaining way to a load factor of zero that a step moves.
-SHORT_OF = 0.75
-#: Load factor, relative to the first one, below which a step moves the whole remaining way.
+#: Load factor, relative to the first one, below which a step moves the whole remaining way to zero.
 NEAR = 1e-3
 #: Number of states that give the slope of the curve.
 FORESEEN = 8
@@ -39,8 +36,6 @@ FORESEEN = 8
 FASTEST = 3.0
 #: Largest way of a solved step, relative to the prescribed way.
 OFF = 1.5
-#: Shortest reach of contact detection, in mean block sizes.
-NEAREST = 0.05
 #: Longest reach, for blocks that move further, in mean block sizes.
 WIDEST = 0.25
 #: Gap that counts as closed, in mean block sizes.
@@ -55,11 +50,12 @@ BREAKS = 1e-4
 #: Attempts at a step: share of its length, and acceleration relative to gravity. The acceleration is about the share of
 #: inertia in the load factor.
 ATTEMPTS = ((1.0, 1e-7), (1.0, 1e-5), (0.25, 1e-4), (1 / 16, 1e-3))
-#: Share of a step that is tried if the whole step closes a gap.
+#: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
 #: Load factor, relative to collapse, at which the push meets what it cannot move.
 JAMS = 100.0
-#: Share of inertia in the work of the last step above which blocks fall.
+#: Share of inertia in the work of the last step above which blocks fall. Speed, relative to the fastest block, above
+#: which a moving block is named.
 MOSTLY = 0.5
 #: Largest number of states, relative to the requested number of steps.
 PATIENCE = 5
@@ -69,8 +65,6 @@ FEW = 20
 ABOVE = 0.015
 #: Speed of the control point, relative to the fastest block, below which it rests.
 RESTS = 1e-4
-#: Speed, relative to the fastest block, above which a moving block is named.
-FAST = 0.5
 #: Most blocks that are named.
 NAMED = 5
 
@@ -188,7 +182,7 @@ class _Path:
         Joints deform elastically, first under the dead load and then in steps that grow from this deformation.
         """
         rest, nowhere, none = Placement.of(self._problem.statics.model), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-        moved = self._course.at(rest, NEAREST * self._length)
+        moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(
             moved, unloaded, np.zeros_like(mechanism), self.held, self._length / ATTEMPTS[0][1]
@@ -277,7 +271,7 @@ class _Path:
         whole = way[-1] - alpha[-1] / slope if slope < 0 else np.inf
         even = min(
             whole / self._steps,
-            max(8 * self._even * self._share, self._even, LARGEST * ways[-1] / self._steps),
+            max(8 * self._even * self._share, self._even, GROWTH * ways[-1] / self._steps),
         )
         return min(even, self._longest)
 
@@ -287,7 +281,7 @@ class _Path:
         return GROWTH * max(float(np.diff(self._ways[-RECENT:]).max()), COMPLIANCE * self._length)
 
     def _reach(self, way: float) -> float:
-        return max(NEAREST * self._length, 2 * FASTEST * way)
+        return max(SAME * self._length, 2 * FASTEST * way)
 
     def _closing(self, twist: Array) -> float:
         """Speed that no two points of blocks are faster than towards each other in a motion, twists (B, 6)."""
@@ -496,7 +490,7 @@ class _Path:
         left = alpha * self._way(last) / (last.load_factor - alpha)
         if not COMPLIANCE * self._length < left < (1 - ACROSS) * way:
             return 1.0
-        return left / way * (SHORT_OF if alpha > NEAR * abs(curve[0][1]) else 1.0)
+        return left / way * (1 - SHORTER if alpha > NEAR * abs(curve[0][1]) else 1.0)
 
     def _until_broken(self, found: MotionState) -> float:
         """Return the share of the way of a state up to the first tie that breaks; one if no tie breaks.
@@ -610,7 +604,7 @@ class _SettlementPath(_Path):
 def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> Array:
     """Twists (B, 6) of the collapse mechanism at 1 W."""
     lengths = problem.lengths(rest)
-    twist = problem.at(rest, NEAREST * problem.statics.length, lengths, lengths).twist(collapse.u)
+    twist = problem.at(rest, SAME * problem.statics.length, lengths, lengths).twist(collapse.u)
     return np.asarray(twist)
 
 
@@ -618,7 +612,7 @@ def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcom
     """An end, and the blocks that move most in a motion, twists (B, 6)."""
     speed = np.linalg.norm(twist[:, :3], axis=1) * ~problem.structure.fixed
     fastest = np.argsort(-speed, kind="stable")
-    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()][:NAMED]]
+    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > MOSTLY * speed.max()][:NAMED]]
     along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
 

@@ -16,12 +16,12 @@ from blockstruct.vocabulary import Reason, Torsion, listed
 
 Array = NDArray[np.float64]
 
-#: Steps in the time in which a pendulum of the smallest block turns by one radian.
+#: Steps in the time √(r / g) of the smallest block, with r its radius of gyration.
 RESOLUTION = 48
 #: Most states of a record, and the shortest time between two, s.
 STATES, SHORTEST = 200, 0.01
-#: Most steps in place of one, where blocks strike one another, and most halvings of a step that is not solved.
-SPLITS, HALVINGS = 12, 8
+#: Most parts of a step in which blocks strike one another, and most tries of a part, each half as long as the last.
+SPLITS, TRIES = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
 #: the gap. Contacts are searched again when a block has moved by half of the gap, or after this number of states.
 REACH, AHEAD, KEPT = 0.02, 8, 16
@@ -42,7 +42,7 @@ def respond(statics: Statics, case: RecordCase, before: RecordState | None = Non
     statics, case
         The structure, which stands under the dead load, and the record.
     before
-        A known state that finds contacts, after which the response continues. It is the same as without a break.
+        A known state with ``finds_contacts``, after which the response continues as without a break.
 
     Yields
     ------
@@ -228,7 +228,7 @@ class _Run:
             found[:, :3] += self._push(time - motion.last_step / 2, time + h / 2)
             return found
 
-        for halving in range(HALVINGS):
+        for halving in range(TRIES):
             step = self._dynamics.step(motion, contacts, loads, h / 2**halving, whole=whole)
             if step is not None:
                 return step
@@ -289,7 +289,7 @@ class _Run:
         return np.asarray(sign @ forces.force)
 
 
-#: Joint properties without an effect in motion: neutral value, unit, and how to leave them out.
+#: Joint properties that a response refuses: neutral value and unit.
 _REFUSED = {
     "cohesion": (0.0, "Pa"),
     "tensile_strength": (0.0, "Pa"),

@@ -13,7 +13,7 @@ from blockstruct.vocabulary import Procedure, Stage
 
 Array = NDArray[np.float64]
 
-#: Number of last programs whose load factors give the range of the drift.
+#: Number of last load factors whose range is the reported drift.
 RECENT = 3
 
 
@@ -64,12 +64,13 @@ def fictitious_iteration(
         yield step
         left -= 1
         if not step.solved:
+            # A program with more cohesion is easier to solve.
             c0 *= 4
             continue
         last = step
         load_factors.append(step.load_factor)
-        drift = _drift(load_factors, program.problem.work_scale(step.u))
-        is_settled = drift <= settings.schedule.load_factor_tolerance and c0 <= settings.schedule.c0_limit
+        change = _remaining_change(load_factors, program.problem.work_scale(step.u))
+        is_settled = change <= settings.schedule.load_factor_tolerance and c0 <= settings.schedule.c0_limit
         settled = settled + 1 if is_settled else 0
         patient = len(load_factors) > settings.schedule.patience
         cooldown -= 1
@@ -95,7 +96,7 @@ def fictitious_iteration(
 
 
 def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
-    """Find true forces that miss a mechanism's flow rule least.
+    """Of all forces within the true conditions, find those that miss a mechanism's flow rule least.
 
     The load factor is at most the step's. For given velocities the flow-rule gap is linear in the forces. Up to a
     constant, it is ``Σ s_k n_k − α`` with the shift s of De Saxcé & Feng (1998). A step satisfies the true conditions
@@ -115,10 +116,10 @@ def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettin
     )
 
 
-def _drift(load_factors: list[float], work_scale: float) -> float:
+def _remaining_change(load_factors: list[float], work_scale: float) -> float:
     """Estimate the remaining change of the load factor, relative to α.
 
-    Assume that the last changes continue as a geometric series.
+    Assume that the last changes continue as a geometric series. The estimate is at least the last change.
     """
     if len(load_factors) < 3:
         return np.inf

@@ -311,7 +311,7 @@ def _same(one: float, other: float, scale: float) -> bool:
     return abs(one - other) <= max(ACCURACY * abs(other), 1e-2 * scale, 1e-9)
 
 
-#: Largest elastic displacement of the first state, relative to the mean block size.
+#: Displacement of the first state that is elastic in any curve, relative to the mean block size.
 ELASTIC = 1e-3
 #: Difference of the work of the variable load in a second from 1 J that rounding makes.
 AT_ONE_WATT = 1e-5
@@ -373,7 +373,9 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
 def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionState, names: list[str]) -> Iterator[str]:
     """Compare the positions of blocks with the motion that led there, and this motion with its unit."""
     size, at = moving.statics.length, Placement.at(state.position, state.rotation)
-    led, most = Placement.of(moving.statics.model), ELASTIC * size
+    # The first steps double, so blocks have not gone further than twice the next step.
+    furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
+    led, most = Placement.of(moving.statics.model), max(ELASTIC * size, 2 * furthest)
     if before is not None:
         most = ROUNDING * size
         led = Placement.at(before.position, before.rotation).moved(before.twist * before.motion_time)

@@ -17,7 +17,7 @@ from blockstruct.solvers.interior_point.schur import OPTIONS
 
 Array = NDArray[np.float64]
 
-#: Smallest force that determines a penalty, in mean normal forces.
+#: Smaller forces count as this share of the mean normal force in a penalty.
 LEAST_FORCE = 0.05
 #: Share of the change of normal forces and slip that friction and dilatancy follow in one iteration. Measured: with
 #: 0.05 or 0.2 the forces of 2,430 blocks settle more slowly.
@@ -69,8 +69,8 @@ class Splitting:
     ``tan ψ ‖w_t‖`` by which it dilates follows their slip, smoothed. The rest is convex.
 
     Measured: without smoothing, the forces of walls of 400 blocks oscillate for ever. The load factor of a wall of 21
-    blocks depends by 9 % on their order. With smoothing, the forces of walls of 2,400 blocks oscillate unless
-    iterations are accelerated (:class:`~blockstruct.solvers.anderson.Anderson`).
+    blocks depends by 9 % on the order of the blocks. With smoothing, the forces of walls of 2,400 blocks oscillate
+    unless iterations are accelerated (:class:`~blockstruct.solvers.anderson.Anderson`).
 
     Parameters
     ----------
@@ -110,8 +110,8 @@ class Splitting:
         guess
             State to begin with.
         penalty
-            Displacement per unit of force by which a contact misses its conditions. Its unit is the compliance of the
-            joint under a mean force. A suitable value is the length of the step in elastic displacements.
+            Factor on the compliance of each joint. The product is the displacement per unit of force by which a contact
+            misses its conditions. A suitable value is the length of the step in elastic displacements.
         tolerance
             Tolerance of the residual.
         patience
@@ -246,8 +246,8 @@ class _Rows:
 class _Alternation:
     """Iteration of a step between the elastic structure and its contacts.
 
-    Its point consists of the moved rows, which are the sum of the rows ``y`` of the contacts and their scaled dual, the
-    smoothed resistances, and the smoothed slip.
+    Its point consists of the moved rows (the rows ``y`` of the contacts plus their scaled dual), the smoothed
+    resistances, and the smoothed slip.
 
     Attributes
     ----------
@@ -283,9 +283,9 @@ class _Alternation:
         return np.concatenate([self._moved, self._resistance, self._slip])
 
     def move(self, point: Array) -> None:
-        lines, discs = len(self._moved), len(self._moved) + len(self._resistance)
-        np.maximum(point[lines:], 0.0, out=point[lines:])
-        self._moved, self._resistance, self._slip = point[:lines], point[lines:discs], point[discs:]
+        rows, discs = len(self._moved), len(self._resistance)
+        np.maximum(point[rows:], 0.0, out=point[rows:])
+        self._moved, self._resistance, self._slip = np.split(point, [rows, rows + discs])
         self._project()
 
     def advance(self) -> None:
@@ -300,7 +300,8 @@ class _Alternation:
         both += self._both_at_rest
         self._forces, self._wanted = both[: len(self._y)], np.maximum(both[len(self._y) :], 0.0)
         self._resistance = self._resistance + FOLLOWS * (self._wanted - self._resistance)
-        # Adding and subtracting one turns tiny numbers, for which arithmetic is slow, into zeros.
+        # Forces have local units and are near one. Adding and subtracting one turns tiny numbers, for which arithmetic
+        # is slow, into zeros.
         self._moved = self._dual + self._y + RELAXED * (self._forces - self._y)
         self._moved += 1.0
         self._moved -= 1.0
@@ -321,7 +322,7 @@ class _Alternation:
         return missed, changed, norm(self._wanted - self._resistance) / of_friction
 
     def residual(self) -> float:
-        return max(self._errors())
+        return float(np.max(self._errors()))
 
     def solution(self, iterations: int) -> SplitSolution:
         """Return the state after the last iteration."""

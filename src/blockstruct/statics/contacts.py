@@ -118,9 +118,12 @@ class ContactPoints:
         index = {b.name: i for i, b in enumerate(model.blocks)}
         joints = [i.joint_material for i in interfaces]
         strength = np.array([j.compressive_strength for j in joints])
-        rectangular = np.array([is_rectangle(i.polygon) for i in interfaces])
+        crushes = np.isfinite(strength)
+        rectangular = np.array(
+            [c and is_rectangle(i.polygon) for c, i in zip(crushes, interfaces, strict=True)], dtype=bool
+        )
         rectangular[list(division.divided)] = False
-        in_cells = np.isfinite(strength) & ~rectangular
+        in_cells = crushes & ~rectangular
         meshes = {
             j: polygon_cells(i.polygon, i.centroid, i.normal, division.cells, i.name, regular=division.regular)
             for j, i in enumerate(interfaces)
@@ -140,7 +143,7 @@ class ContactPoints:
         of_point = np.repeat(np.arange(len(interfaces)), counts)
         compression = np.where(in_cells[of_point], tributary * strength[of_point], np.inf)
         uniform = [j.torsion is Torsion.UNIFORM_PRESSURE for j in joints]
-        crushing = np.isfinite(strength) & rectangular
+        crushing = crushes & rectangular
 
         def at_points(values: list[float]) -> Array:
             return np.repeat(np.array(values, dtype=float), counts)

@@ -1,4 +1,4 @@
-"""The layout of a file: the model and the results of cases as Datasets, back, and what contradicts in them."""
+"""Convert a model and results of cases to Datasets and back; find contradictions in a file; read version 1."""
 
 import json
 import math
@@ -98,7 +98,7 @@ _ASCENDING = (
     *("block_of_vertex", "block_of_face", "face_of_face_corner", "interface_of_contact_point"),
     *("interface_of_interface_corner", "tie_of_model", "step_of_contact", "state_of_contact"),
 )
-#: Index variables with the dimension each must stay within: of most it is the first word.
+#: Index variables and the dimension into which each points: mostly its first word.
 _INDICES = {
     **{name: name.partition("_of_")[0] for name in _ASCENDING},
     **dict.fromkeys(("block_of_load", "block_of_tie", "block_of_nonplanar_face"), "block"),
@@ -124,7 +124,7 @@ _NOT_NEGATIVE = (
 _WORDS = {"stage": Stage, "solver_status": SolverStatus}
 #: All groups of a file, by their path.
 Groups = Mapping[str, xr.Dataset]
-#: Reason of a case of version 1, which kept it as a sentence, by its status.
+#: Reason of a case by its status, for files of version 1, which stored it as a sentence.
 _REASONS = {
     Status.CONVERGED: Reason.CERTIFIED,
     Status.UNSTABLE: Reason.DEAD_LOAD_NOT_CARRIED,

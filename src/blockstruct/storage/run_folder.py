@@ -70,7 +70,7 @@ else:
 
 
 SUFFIX = ".h5"
-#: Seconds between two waits for the disk. A power cut takes at most this much work, a killed process none of it.
+#: Seconds between two waits for the disk: the most work that a power cut can take.
 FLUSHED = 1.0
 #: Attempts to make a lock that another writer removes at the same moment.
 _ATTEMPTS = 1000

@@ -22,7 +22,7 @@ from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
-#: Largest angle between neighbours, degrees, for which the directions cover the compass and gaps are not reported.
+#: Largest angle between neighbours, degrees, that is not named in a report.
 _COMPASS = 90.0
 #: Pattern of the case names that direction_cases makes.
 _TITLE = re.compile(r"(?P<name>.*) \S+ deg(, \S+ (up|down))?", re.DOTALL)
@@ -60,9 +60,7 @@ class Directions:
 
     @classmethod
     def each_of(cls, analysis: Analysis) -> "list[tuple[str, Directions]]":
-        """Return the directions of each case of a document, with its name.
-
-        These are the cases with ``directions``.
+        """Return the name and the directions of each case of a document that has ``directions``.
 
         Raises
         ------
@@ -91,7 +89,7 @@ class Directions:
         names = sorted(pushed, key=lambda name: pushed[name])
         angles = [pushed[name][0] for name in names]
         if len(set(angles)) < len(angles):
-            msg = f"analysis of {analysis.model.name!r}: several cases push in one direction; keep one of each flow"
+            msg = f"analysis of {analysis.model.name!r}: several cases push in one direction; keep one of them"
             raise ModelError(msg)
         heads = [analysis.headlines[name] for name in names]
         data = xr.Dataset(
@@ -144,7 +142,7 @@ class Directions:
     @property
     def _least(self) -> int:
         load_factors = self.data["load_factor"].to_numpy()
-        # Several values may differ by rounding only: take the first.
+        # Load factors are never negative. Several may differ by rounding only: take the first.
         return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + ROUNDING))[0])
 
     @property

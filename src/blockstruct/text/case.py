@@ -21,7 +21,7 @@ _FOUND_BY = {
 _PATH_ENDS = {
     PathEnd.NO_DEAD_LOAD_STATE: "it found no state under dead load to begin with",
     PathEnd.STEP_NOT_SOLVED: "one of its steps was not solved",
-    PathEnd.LIMIT_REACHED: "it reached its largest displacement",
+    PathEnd.LIMIT_REACHED: "it reached its largest displacement or number of iterations",
     PathEnd.NOT_CERTIFIED: "no state at its end met the tolerances of the certificate",
 }
 _REASONS = {

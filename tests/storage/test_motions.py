@@ -1,0 +1,256 @@
+"""Pushovers and responses to records on disk: written, read, checked, and gone on with after a kill at any state."""
+
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.analysis import CaseStarted, StateDone, StepDone
+from blockstruct.storage.file import folder_of
+from structures import (
+    SELF_WEIGHT,
+    block_on_a_bar,
+    box,
+    edited,
+    model_of,
+    push,
+    single_block,
+    slid_from_under,
+    slipping_units,
+    stopping,
+)
+
+CASE = bs.Pushover(
+    "push",
+    dead=SELF_WEIGHT,
+    variable=push(1, 0, 0),
+    control=("block", (1, 0, 0)),
+    control_point=Q_([0.3, 0, 1.5], "m"),
+    steps=12,
+    corner_rounding="20 mm",
+)
+
+
+@pytest.fixture(scope="module")
+def model():
+    blocks, joint = single_block(0.3, 1.5, mu=2.0)
+    return model_of(blocks, joint)
+
+
+@pytest.fixture(scope="module")
+def whole(model):
+    return bs.run(model, CASE)["push"]
+
+
+def same(one, other):
+    """Whether two curves agree, but for their times and the rounding of rotations."""
+    xr.testing.assert_allclose(one.drop_vars("solver_time"), other.drop_vars("solver_time"), rtol=1e-6, atol=1e-7)
+    return True
+
+
+def test_written_and_read(model, whole, tmp_path):
+    path = tmp_path / "run.h5"
+    result = bs.run(model, CASE, path)["push"]
+    read = bs.open_analysis(path)["push"]
+    assert read.capacity.identical(result.capacity)
+    assert read.case == CASE
+    assert str(read.outcome) == str(whole.outcome)
+    assert read.curve_ended == whole.curve_ended
+    assert same(read.capacity, whole.capacity)
+    bs.check_file(path)
+    assert read.capacity["position"].attrs["units"] == "meter"
+
+
+def test_an_interrupted_run_goes_on_where_it_was(model, whole, tmp_path):
+    path = tmp_path / "run.h5"
+    manager = bs.AnalysisManager(model, path, listeners=[stopping(StepDone, at=4)])
+    result = manager.run([CASE])["push"]
+    assert result.status == "interrupted"
+    assert result.capacity.sizes["step"] == 5
+    heard = []
+    done = bs.AnalysisManager.resume(path, listeners=[heard.append])["push"]
+    assert done.status == "converged"
+    assert same(done.capacity, whole.capacity)
+    steps = [e.index for e in heard if isinstance(e, StepDone)]
+    assert steps == list(range(whole.capacity.sizes["step"]))
+    # Those that were known took no time.
+    times = done.capacity["solver_time"].to_numpy()[:5]
+    assert times.tolist() == result.capacity["solver_time"].to_numpy().tolist()
+    assert bs.open_analysis(path)["push"].capacity.identical(done.capacity)
+
+
+def test_a_curve_of_another_model_is_told(model, tmp_path):
+    path = tmp_path / "run.h5"
+    bs.run(model, CASE, path)
+    with edited(path) as file:
+        file["cases/push/capacity/block"][0] = "another"
+    with pytest.raises(bs.errors.FormatError, match="block names of the capacity curve"):
+        bs.open_analysis(path)
+
+
+def test_how_a_curve_ended_is_kept_when_a_later_case_is_killed(tmp_path):
+    """With a bar that has broken by then."""
+    model, path = block_on_a_bar(), tmp_path / "run.h5"
+    pushover = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=8)
+    after = bs.LimitCase("after", SELF_WEIGHT, push(1, 0, 0), "associative")
+    seen = []
+    with pytest.raises(RuntimeError):
+        bs.AnalysisManager(
+            model, path, listeners=[seen.append, stopping(CaseStarted, case="after", error=RuntimeError)]
+        ).run([pushover, after])
+    bs.AnalysisManager.resume(path)
+    whole, read = seen[-2].result, bs.open_analysis(path)["push"]
+    assert not whole.broken_ties.empty
+    assert read.broken_ties.equals(whole.broken_ties)
+    assert read.capacity.identical(whole.capacity)
+    assert str(read.outcome) == str(whole.outcome)
+    assert read.curve_outcome.text == whole.curve_outcome.text
+
+
+def test_a_spread_has_one_curve(model):
+    analysis = bs.AnalysisManager(model).run([CASE], spread="steep")
+    assert analysis["push"].capacity is not None
+    assert [name for name, r in analysis.items() if r.capacity is None] == ["push [steep]", "push [associative]"]
+    assert np.isfinite(analysis["push"].capacity["d0"])
+
+
+def slender():
+    return model_of(*single_block(0.4, 1.2, mu=0.7))
+
+
+def shaken():
+    pulse = np.repeat([0.45, 0.0], [4, 8])
+    return [
+        bs.RecordCase("along", SELF_WEIGHT, Q_(pulse, "g_0"), "0.05 s", "+x", interval="25 ms"),
+        bs.RecordCase(
+            "axes", SELF_WEIGHT, Q_(np.outer(0.5 * pulse, [0.6, 0.8, 0.2]), "g_0"), Q_(np.arange(12) / 20, "s")
+        ),
+    ]
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    path = tmp_path_factory.mktemp("response") / "run.h5"
+    return bs.run(slender(), shaken(), path, progress=False), path
+
+
+def test_a_response_is_opened_as_it_was(stored):
+    analysis, path = stored
+    bs.check_file(path)
+    for name, result in bs.open_analysis(path).items():
+        assert result.response.identical(analysis[name].response)
+        assert result.case == analysis[name].case
+        assert result.status is analysis[name].status
+        assert all("units" in v.attrs for n, v in result.response.data_vars.items() if not n.endswith("us_of_contact"))
+
+
+def test_an_interrupted_response_is_continued(stored, tmp_path):
+    analysis, _ = stored
+    path = tmp_path / "interrupted.h5"
+    part = bs.run(slender(), shaken()[:1], path, listeners=[stopping(StateDone, at=5)])["along"]
+    assert part.status is bs.Status.INTERRUPTED
+    assert part.response.sizes["time"] == 6
+    done = bs.AnalysisManager.resume(path)["along"]
+    assert done.response.identical(analysis["along"].response)
+
+
+def test_a_response_is_drawn_and_exported(stored, tmp_path):
+    pytest.importorskip("pyvista")
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from blockstruct.views.figures import response
+    from blockstruct.views.paraview import write_paraview
+    from blockstruct.views.report import write_report
+
+    analysis, _ = stored
+    result = analysis["along"]
+    line = response(result).lines[-1]
+    assert np.abs(line.get_ydata()).max() == pytest.approx(1e3 * np.abs(result.response.displacement).max())
+    target = write_paraview(result, tmp_path / "along.pvd")
+    assert target.read_text().count("<DataSet") == result.response.sizes["time"]
+    assert write_report(analysis, tmp_path / "report.html").exists()
+
+
+def sliding_to_a_stop():
+    """A block slides until it meets a low stop, and turns over there."""
+    blocks = [
+        box("ground", [-1, 0, -0.5], [3, 1, 0.5], fixed=True),
+        box("block", [0, 0, 0], [0.4, 1, 0.5]),
+        box("stop", [0.5, 0, 0], [0.1, 1, 0.05], fixed=True),
+    ]
+    return model_of(blocks, bs.JointMaterial("smooth", 0.2)), "block"
+
+
+def turning_onto_others():
+    """A tall block falls against one that turns and meets a third."""
+    blocks = [
+        box("ground", [-1, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("tall", [0, 0, 0], [0.3, 1, 1.2]),
+        box("other", [0.4, 0, 0], [0.5, 1, 1]),
+        box("third", [1, 0, 0], [0.5, 1, 0.4]),
+    ]
+    return model_of(blocks, bs.JointMaterial("rough", 2.0)), "tall"
+
+
+def on_a_tie():
+    """A block on a bar that yields and breaks."""
+    return block_on_a_bar(), "block"
+
+
+def slipping():
+    """A wall of ten units, which slip and rock."""
+    model = slipping_units()
+    return model, model.blocks[-1].name
+
+
+def dropping():
+    """A block that drops onto a ledge."""
+    return slid_from_under(), "a"
+
+
+@pytest.mark.parametrize("states", [4, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("structure", "steps"),
+    [
+        (on_a_tie, 6),
+        *(
+            pytest.param(*row, marks=pytest.mark.slow)
+            for row in ((sliding_to_a_stop, 4), (turning_onto_others, 3), (slipping, 6), (dropping, 10))
+        ),
+    ],
+)
+def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, states):
+    model, control = structure()
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=(control, (1, 0, 0)), steps=steps)
+    path, kept = tmp_path / "run.h5", []
+
+    def keep(event):
+        """The working data as a kill would leave them."""
+        if isinstance(event, StepDone):
+            copy = tmp_path / f"{event.index}" / "run.h5"
+            shutil.copytree(folder_of(path), folder_of(copy))
+            kept.append(copy)
+
+    whole = bs.AnalysisManager(model, path, listeners=[keep]).run([case])["push"]
+    assert len(kept) == whole.capacity.sizes["step"] > steps
+    # What follows a state depends on what is kept alone: where three more are the same, all are, as those that are
+    # continued to the end show.
+    chosen = range(0, len(kept), -(-len(kept) // states))
+    to_the_end = {chosen[1], chosen[len(chosen) // 2], *range(len(kept) - 4, len(kept))}
+    for at in chosen:
+        last = None if at in to_the_end else at + 3
+        listeners = [] if last is None else [stopping(StepDone, at=last)]
+        done = bs.AnalysisManager.resume(kept[at], listeners=listeners)["push"]
+        expected = whole.capacity.drop_vars("solver_time")
+        if last is not None:
+            expected = expected.isel(step=slice(last + 1), contact=(expected["step_of_contact"] <= last).to_numpy())
+            expected = expected.drop_vars(["d0", "tie_break_displacement"], errors="ignore")
+        else:
+            assert done.curve_ended == whole.curve_ended, at
+            assert done.load_factor == pytest.approx(whole.load_factor, rel=1e-8), at
+        for name, values in expected.variables.items():
+            np.testing.assert_array_equal(done.capacity[name], values, f"{name}, gone on with at {at}")
