@@ -11,7 +11,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import Outcome
-from structures import SELF_WEIGHT, STONE, model_of, push
+from structures import SELF_WEIGHT, STONE, model_of, push, single_block
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 DRY = bs.JointMaterial("dry", 0.7)
@@ -21,8 +21,7 @@ UNSTABLE = Outcome(bs.Status.UNSTABLE, np.nan, bs.vocabulary.Reason.DEAD_LOAD_NO
 
 def block():
     """A block 0.5 m along x and 1 m along y, 2 m high: α0 = 0.25 and 0.5."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", STONE, fixed=True)
-    return model_of([ground, bs.Block.box("block", "[0, 0, 0] m", "[0.5, 1, 2] m", STONE)], DRY)
+    return model_of(single_block(0.5, 2.0)[0], DRY)
 
 
 @pytest.fixture(scope="module")

@@ -9,23 +9,11 @@ import xarray as xr
 from scipy.optimize import brentq
 
 import blockstruct as bs
+import facades
 from blockstruct import Q_
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
-from facades import (
-    DEPTH,
-    DRY,
-    HEIGHT,
-    LENGTH,
-    SITE,
-    STONE,
-    case,
-    checked,
-    codes,
-    facade,
-    pushed_over,
-    run,
-    tied,
-)
+from facades import DEPTH, DRY, GROUND, HEIGHT, SITE, STONE, box, case, checked, codes, facade, pushed_over, run, tied
+from meshes import QUADS
 from structures import SELF_WEIGHT, model_of, push
 
 g = 9.80665
@@ -68,18 +56,10 @@ def test_a_tie_that_lifts_a_wall_off_joints_that_crush(force, limit, strength, s
     is 36 mm deep: d0 = 0.25 − 0.018 = 0.232 m, and not the 0.25 − 0.009 = 0.241 m of the hinge at collapse.
     One of 5 kN holds until α vanishes, and of 100 MPa the hinge goes back by 0.09 mm.
     """
-    blocks = [
-        bs.Block.box("ground", "[-3, -2, -1] m", "[6, 6, 1] m", STONE, fixed=True),
-        bs.Block.box("post", "[0, 1.5, 0] m", "[1, 0.5, 6] m", STONE, fixed=True),
-        bs.Block.box("wall", "[0, 0, 0] m", "[1, 0.5, 4] m", STONE),
-    ]
-    tie = bs.Tie(
-        "tie",
-        ("post", Q_([0.5, 1.5, 5], "m")),
-        ("wall", Q_([0.5, 0.5, 3], "m")),
-        yield_force=Q_(force, "kN"),
-        **({} if limit is None else {"elongation_limit": Q_(limit, "m")}),
-    )
+    blocks = [GROUND, box("post", [0, 1.5, 0], [1, 0.5, 6], fixed=True), box("wall", [0, 0, 0], [1, 0.5, 4])]
+    ends = ("post", Q_([0.5, 1.5, 5], "m")), ("wall", Q_([0.5, 0.5, 3], "m"))
+    breaks = {} if limit is None else {"elongation_limit": Q_(limit, "m")}
+    tie = bs.Tie("tie", *ends, yield_force=Q_(force, "kN"), **breaks)
     joint = bs.JointMaterial("rough", 2, **({} if strength is None else {"compressive_strength": Q_(strength, "MPa")}))
     check = checked(run(model_of(blocks, joint).with_ties([tie])))
     assert (check.curve is not None) == straight
@@ -95,11 +75,7 @@ def test_a_tie_that_pulls_the_foot_inwards_as_the_push_falls(limit, straight):
     At rest α0 = (36 · 0.25 + 18 · 0.8) / (36 · 2) = 0.325, and the foot is pulled inwards by 18 − 36 α0 = 6.3 kN. The
     friction of 10.8 kN is used up at α = 0.2: at 0.125 rad or so, where the tie is some 0.1 m longer.
     """
-    blocks = [
-        bs.Block.box("ground", "[-3, -2, -1] m", "[6, 6, 1] m", STONE, fixed=True),
-        bs.Block.box("post", "[0, 2.5, 0] m", "[1, 0.5, 2] m", STONE, fixed=True),
-        bs.Block.box("wall", "[0, 0, 0] m", "[1, 0.5, 4] m", STONE),
-    ]
+    blocks = [GROUND, box("post", [0, 2.5, 0], [1, 0.5, 2], fixed=True), box("wall", [0, 0, 0], [1, 0.5, 4])]
     ends = ("post", Q_([0.5, 2.5, 0.8], "m")), ("wall", Q_([0.5, 0.5, 0.8], "m"))
     tie = bs.Tie("tie", *ends, yield_force="18 kN", elongation_limit=Q_(limit, "m"))
     check = checked(run(model_of(blocks, DRY.varied(friction_coefficient=0.3)).with_ties([tie])))
@@ -177,8 +153,7 @@ def prism(base, height, angle, **joint):
     block = bs.Block.from_faces(
         "block", Q_(corners, "m"), [[*range(n)][::-1], [n + k for k in range(n)], *sides], STONE
     )
-    ground = bs.Block.box("ground", "[-5, -5, -1] m", "[10, 10, 1] m", STONE, fixed=True)
-    model, towards = model_of([ground, block], joint), np.array([np.cos(angle), np.sin(angle), 0.0])
+    model, towards = model_of([GROUND, block], joint), np.array([np.cos(angle), np.sin(angle), 0.0])
     return run(model, case(push(*towards)))
 
 
@@ -255,11 +230,10 @@ def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
 def leaning(*limits):
     """A wall 0.5 m × 3 m that leans by 0.7 m towards -y, held by ties of 10 kN to a wall 3.5 m behind, at 2.8 m."""
     corners = [[x, y - 0.7 * z / 3, z] for z in (0, 3) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
-    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     blocks = [
-        bs.Block.from_faces("wall", Q_(corners, "m"), faces, STONE),
-        bs.Block.box("ground", "[-1, -3, -1] m", "[3, 8, 1] m", STONE, fixed=True),
-        bs.Block.box("back", "[0, 3, 0] m", "[1, 1, 3] m", STONE, fixed=True),
+        bs.Block.from_faces("wall", Q_(corners, "m"), QUADS, STONE),
+        GROUND,
+        box("back", [0, 3, 0], [1, 1, 3], fixed=True),
     ]
     at = [("wall", Q_([0.5, -0.7 * 2.8 / 3, 2.8], "m")), ("back", Q_([0.5, 3, 2.8], "m"))]
     ties = [
@@ -304,12 +278,8 @@ def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight
 
 
 def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
-    blocks = [
-        bs.Block.box("ground", "[-1, -1, -0.5] m", "[5, 5, 0.5] m", STONE, fixed=True),
-        bs.Block.box("block", "[0, 0, 0] m", "[2, 2, 1] m", STONE),
-    ]
-    found = run(model_of(blocks, bs.JointMaterial("smooth", 0.3)))
-    check = checked(found)
+    block = box("block", [0, 0, 0], [2, 2, 1])
+    check = checked(run(model_of([GROUND, block], bs.JointMaterial("smooth", 0.3))))
     assert (check.alpha0, check.e_star) == pytest.approx((0.3, 1.0), rel=1e-6)
     assert "slides without turning" in check.missing_curve
 
@@ -320,15 +290,13 @@ def test_a_body_that_friction_holds_has_no_straight_curve(force, strength):
 
     Its stress block at the foot is 64.8 / (500 · 2) = 0.0648 m deep, and with 20 kN the hinge is 0.177 m off the axis.
     """
-    wall = bs.Block.box("façade", "[0, 0, 0] m", "[2, 0.6, 3] m", STONE)
-    side = bs.Block.box("side", "[2, 0, 0] m", "[0.5, 3, 3] m", STONE)
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[5, 6, 0.5] m", STONE, fixed=True)
+    wall, side = box("façade", [0, 0, 0], [2, 0.6, 3]), box("side", [2, 0, 0], [0.5, 3, 3])
     pressed = [
         bs.PointLoad("side", "[2.5, 0.3, 1.5] m", Q_([-force, 0, 0], "kN")),
         bs.PointLoad("façade", "[0, 0.3, 1.5] m", Q_([force, 0, 0], "kN")),
     ]
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), *pressed])
-    model = model_of([ground, wall, side], DRY.varied(compressive_strength=strength))
+    model = model_of([GROUND, wall, side], DRY.varied(compressive_strength=strength))
     check = checked(run(model, case(dead=dead)))
     assert [body.blocks for body in check.bodies if body.moves] == [("façade",)]
     # Its own weight gives 0.6 / 3.
@@ -351,7 +319,7 @@ def test_a_body_that_crushes_askew_has_no_straight_curve():
     """Under a push 5° off its normal the stress block is a rectangle (5 − 2 e1)(0.6 − 2 e2) at a corner of the foot."""
     askew = np.array([np.sin(np.radians(5)), np.cos(np.radians(5))])
     result = run(facade(DRY.varied(compressive_strength="1 MPa")), case(push(askew[0], -askew[1], 0)))
-    along, across = np.array([LENGTH, DEPTH]) - 2 * HEIGHT / 2 * result.load_factor * askew
+    along, across = np.array([facades.LENGTH, DEPTH]) - 2 * HEIGHT / 2 * result.load_factor * askew
     assert 1000 * along * across == pytest.approx(324, rel=1e-4)
     check = bs.assess.local_mechanism(result, knowledge_level="LC2", spectrum=SITE)
     assert check.curve is None
@@ -363,14 +331,9 @@ def test_a_portal_goes_as_far_by_its_control_point_as_by_its_weights():
 
     e* = (54 / 2 + 22.5)² / (76.5 (54 / 4 + 22.5)) = 0.889706.
     """
-    blocks = [
-        bs.Block.box("ground", "[-1, -1, -0.5] m", "[6, 3, 0.5] m", STONE, fixed=True),
-        *(bs.Block.box(f"column {x:g}", Q_([x, 0, 0], "m"), "[0.5, 1, 3] m", STONE) for x in (0, 2)),
-        bs.Block.box("lintel", "[0, 0, 3] m", "[2.5, 1, 0.5] m", STONE),
-    ]
     control = ("lintel", (1, 0, 0))
     pushed = bs.Pushover("portal", SELF_WEIGHT, push(1, 0, 0), control=control, steps=10)
-    check = checked(bs.run(model_of(blocks, DRY), pushed)["portal"])
+    check = checked(bs.run(facades.portal(), pushed)["portal"])
     assert check.e_star == pytest.approx(0.889706, rel=1e-5)
     assert check.curve is not None
     assert check.notes == ()
@@ -465,14 +428,8 @@ def test_a_control_point_near_the_hinge_has_a_note(result):
     From the outer face at z it is (z sin θ + 0.6 (1 − cos θ)) / z · 3 m at tan θ = 0.1: 1 % more at 2 m, 2.5 % at 1 m.
     """
     for z, has_note in ((6.0, False), (2.1, False), (1.0, True), (0.16, True)):
-        case = bs.Pushover(
-            "out",
-            SELF_WEIGHT,
-            push(0, -1, 0),
-            control=("façade", (0, -1, 0)),
-            control_point=Q_([0, DEPTH, z], "m"),
-            steps=10,
-        )
+        control = {"control": ("façade", (0, -1, 0)), "control_point": Q_([0, DEPTH, z], "m")}
+        case = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), **control, steps=10)
         check = checked(bs.run(facade(), case)["out"])
         assert ("control_point" in codes(check)) == has_note
     state = check.limit_states["SLV, by displacement"]
@@ -488,10 +445,8 @@ def test_a_control_point_near_the_hinge_has_a_note(result):
 
 def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
     """A wall 0.5 × 3 m meets a pier that nobody counts on: by itself it ends where its centroid has moved by 0.25 m."""
-    ground = bs.Block.box("ground", "[-1, -3, -0.5] m", "[6, 6, 0.5] m", STONE, fixed=True)
-    wall = bs.Block.box("wall", "[0, 0, 0] m", "[4, 0.5, 3] m", STONE)
-    pier = bs.Block.box("pier", "[1.5, -0.9, 0] m", "[1, 0.8, 2.5] m", STONE)
-    model = model_of([ground, wall, pier], DRY, "wall before a pier")
+    wall, pier = box("wall", [0, 0, 0], [4, 0.5, 3]), box("pier", [1.5, -0.9, 0], [1, 0.8, 2.5])
+    model = model_of([GROUND, wall, pier], DRY, "wall before a pier")
     alone = checked(run(model)).limit_states["SLV, by displacement"]
     pushed = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("wall", (0, -1, 0)), steps=12)
     check = checked(bs.run(model, pushed)["out"], method="displacement")

@@ -6,22 +6,17 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.text import assessment
-from facades import solve
-from structures import SELF_WEIGHT, model_of, push
+from facades import DRY, portal, solve
+from structures import SELF_WEIGHT, box, model_of, push
 
-STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.7)
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 
 
 def standing(*walls, ties=()):
     """Walls (x, y, length, thickness, height), m, each a block on one ground."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[20, 5, 0.5] m", STONE, fixed=True)
-    blocks = [
-        bs.Block.box(f"wall {k}", Q_([x, y, 0], "m"), Q_([length, thickness, height], "m"), STONE)
-        for k, (x, y, length, thickness, height) in enumerate(walls)
-    ]
-    found = bs.detect_interfaces([ground, *blocks], DRY)
-    return bs.Model("walls", [ground, *blocks], found, ties=ties)
+    blocks = [box(f"wall {k}", [x, y, 0], size) for k, (x, y, *size) in enumerate(walls)]
+    ground = box("ground", [-1, -1, -0.5], [20, 5, 0.5], fixed=True)
+    return model_of([ground, *blocks], DRY, "walls").with_ties(ties)
 
 
 def checked(model, **more):
@@ -84,11 +79,8 @@ def test_a_pushover_checks_the_mechanism_that_it_follows():
 
 def tower(*courses, mu=0.9):
     """Courses (front, thickness), m, each 1 m high and 1 m long."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", STONE, fixed=True)
-    blocks = [
-        bs.Block.box(f"course {k}", Q_([0, front, k], "m"), Q_([1, thickness, 1], "m"), STONE)
-        for k, (front, thickness) in enumerate(courses)
-    ]
+    ground = box("ground", [-1, -1, -0.5], [3, 3, 0.5], fixed=True)
+    blocks = [box(f"course {k}", [0, front, k], [1, thickness, 1]) for k, (front, thickness) in enumerate(courses)]
     return model_of([ground, *blocks], bs.JointMaterial("dry", mu))
 
 
@@ -132,11 +124,6 @@ def test_a_pushover_of_an_ambiguous_mechanism_has_no_curve():
 
 def test_the_least_capacity_of_a_later_mechanism_is_printed():
     """A portal has e* = 0.9; whatever begins at a larger α0 has e* ≤ 1, and thus at least α0 g / FC."""
-    blocks = [
-        bs.Block.box("ground", "[-1, -1, -0.5] m", "[6, 3, 0.5] m", STONE, fixed=True),
-        *(bs.Block.box(f"column {x:g}", Q_([x, 0, 0], "m"), "[0.5, 1, 3] m", STONE) for x in (0, 2)),
-        bs.Block.box("lintel", "[0, 0, 3] m", "[2.5, 1, 0.5] m", STONE),
-    ]
-    check = bs.assess.local_mechanism(solve(model_of(blocks, DRY), push(1, 0, 0)), spectrum=SITE)
+    check = bs.assess.local_mechanism(solve(portal(), push(1, 0, 0)), spectrum=SITE)
     assert check.e_star < 0.95
     assert f"at least α0 g / FC = {check.alpha0 * 9.80665 / 1.35:.4g} m/s²" in str(check)

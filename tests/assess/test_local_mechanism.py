@@ -9,7 +9,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.text import assessment
-from facades import DEPTH, DRY, EDGE, SITE, STONE, case, checked, codes, facade, run, tied
+from facades import DEPTH, DRY, EDGE, GROUND, SITE, STONE, box, case, checked, codes, facade, run, tied
 from structures import SELF_WEIGHT, model_of, moved, push, solve
 
 g = 9.80665
@@ -183,8 +183,8 @@ def test_bodies_that_turn_about_other_axes_have_a_note():
     corners = [[x, y, z] for z in (0, 2) for x, y in base]
     sides = [[k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k] for k in range(4)]
     blocks = [
-        bs.Block.box("ground", "[-5, -5, -1] m", "[10, 10, 1] m", STONE, fixed=True),
-        bs.Block.box("slender", "[0, 0, 0] m", "[0.5, 1, 4] m", STONE),
+        GROUND,
+        box("slender", [0, 0, 0], [0.5, 1, 4]),
         bs.Block.from_faces("low", Q_(corners, "m"), [[3, 2, 1, 0], [4, 5, 6, 7], *sides], STONE),
     ]
     check = checked(run(model_of(blocks, DRY), case(push(1, 0, 0))))
@@ -319,11 +319,9 @@ def test_notes_on_the_load_factor(result):
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_mechanism_at_a_height_has_a_note_under_the_spectrum_of_the_ground(beside):
     """Ties hold the lower storey: the upper one turns 3 m above the foot, even next to a support."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
-    lower = bs.Block.box("lower", "[0, -0.5, 0] m", "[5, 1.6, 3] m", STONE)
-    upper = bs.Block.box("upper", "[0, 0, 3] m", "[5, 0.6, 3] m", STONE)
-    tower = bs.Block.box("tower", "[0, 0.6, 3] m", "[5, 0.6, 1] m", STONE, fixed=True)
-    result = run(model_of([ground, lower, upper, *[tower] * beside], DRY, "storeys"))
+    lower, upper = box("lower", [0, -0.5, 0], [5, 1.6, 3]), box("upper", [0, 0, 3], [5, 0.6, 3])
+    tower = box("tower", [0, 0.6, 3], [5, 0.6, 1], fixed=True)
+    result = run(model_of([GROUND, lower, upper, *[tower] * beside], DRY, "storeys"))
     check = checked(result)
     assert check.notes == (assessment.ground_at_height(3.0, on_support=False),)
     mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)
@@ -394,11 +392,9 @@ def test_demands_of_one_place_are_taken(result):
 
 def test_a_mechanism_on_a_high_support_has_a_note_under_the_spectrum_of_the_ground():
     """A pinnacle on a tower that is a support, 9 m above the foot of a wall, begins before the wall does."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[8, 3, 0.5] m", STONE, fixed=True)
-    tower = bs.Block.box("tower", "[5, 0, 0] m", "[1, 1, 9] m", STONE, fixed=True)
-    wall = bs.Block.box("wall", "[0, 0, 0] m", "[4, 0.9, 3] m", STONE)
-    pinnacle = bs.Block.box("pinnacle", "[5.3, 0.3, 9] m", "[0.4, 0.4, 2] m", STONE)
-    result = run(model_of([ground, tower, wall, pinnacle], DRY, "two levels"))
+    tower, wall = box("tower", [5, 0, 0], [1, 1, 9], fixed=True), box("wall", [0, 0, 0], [4, 0.9, 3])
+    pinnacle = box("pinnacle", [5.3, 0.3, 9], [0.4, 0.4, 2])
+    result = run(model_of([GROUND, tower, wall, pinnacle], DRY, "two levels"))
     check = checked(result)
     assert check.notes == (assessment.ground_at_height(9.0, on_support=True),)
 
@@ -449,10 +445,7 @@ def test_a_ratio_next_to_one_does_not_read_as_one(result, share, text, outcome):
         (bs.LoadPattern("roof", [bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, -9, 0] kN")]), "has no BodyForce"),
         (push(0, -0.8, 0.6), "pushes along"),
         (push(0, -1, 0.005), "pushes along"),
-        (
-            bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]),
-            "has couples",
-        ),
+        (bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]), "has couples"),
         (
             bs.LoadPattern("two", [bs.BodyForce("-y"), bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, 0, -9] kN")]),
             "across or against",
@@ -499,10 +492,8 @@ def test_the_confidence_factor_depends_on_crushing(result):
     assert bs.assess.local_mechanism(crushing, 1.2, SITE).confidence_factor == 1.2
     # Another joint of the same body that does not count crushing.
     ground, wall = facade().blocks
-    behind = bs.Block.box("behind", Q_([0, DEPTH, 0], "m"), "[5, 1, 2] m", STONE, fixed=True)
-    foot = bs.detect_interfaces(
-        [ground, wall], joint_material=bs.JointMaterial("lime", 0.7, compressive_strength="2 MPa")
-    )
+    behind = box("behind", [0, DEPTH, 0], [5, 1, 2], fixed=True)
+    foot = bs.detect_interfaces([ground, wall], bs.JointMaterial("lime", 0.7, compressive_strength="2 MPa"))
     back = bs.detect_interfaces([wall, behind], joint_material=DRY)
     both = bs.Model("two joints", [ground, wall, behind], [*foot.interfaces, *back.interfaces])
     with pytest.raises(bs.errors.ModelError, match=r"FC is at least 1\.35"):
@@ -537,15 +528,9 @@ def test_the_loading_path_does_not_count_on_friction_that_self_stress_presses():
     Friction on the ledge is whatever self-stress makes it. Held there, the upper block turns alone, 0.35 m / 1.6 m. Not
     held, both turn about the foot: weights of 5.6 and 2.24, arms of 0.25 m and 0.175 m, heights of 1.4 m and 3.6 m.
     """
-    parts = [
-        ("base", [-1, -1, -0.5], [6, 3, 0.5]),
-        ("ledge", [-0.8, 0, 2.4], [0.8, 0.35, 0.4]),
-        ("lower", [0, 0, 0], [4, 0.5, 2.8]),
-        ("upper", [0, 0, 2.8], [4, 0.35, 1.6]),
-    ]
-    fixed = ("base", "ledge")
-    blocks = [bs.Block.box(n, Q_(at, "m"), Q_(size, "m"), STONE, fixed=n in fixed) for n, at, size in parts]
-    manager = bs.AnalysisManager(model_of(blocks, bs.JointMaterial("dry", 0.6)))
+    ledge = box("ledge", [-0.8, 0, 2.4], [0.8, 0.35, 0.4], fixed=True)
+    walls = box("lower", [0, 0, 0], [4, 0.5, 2.8]), box("upper", [0, 0, 2.8], [4, 0.35, 1.6])
+    manager = bs.AnalysisManager(model_of([GROUND, ledge, *walls], bs.JointMaterial("dry", 0.6)))
     spread = manager.run([case()], spread=["path", "fictitious"]).spread("out of plane")
     both = (5.6 * 0.25 + 2.24 * 0.175) / (5.6 * 1.4 + 2.24 * 3.6)
     assert spread.runs["fictitious"].load_factor == pytest.approx(0.35 / 1.6, rel=1e-5)

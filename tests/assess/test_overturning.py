@@ -7,25 +7,11 @@ import pytest
 from scipy.optimize import brentq
 
 import blockstruct as bs
+import facades
 from blockstruct import Q_
 from blockstruct.assess.rotation import Pull
 from blockstruct.text import assessment
-from facades import (
-    DEPTH,
-    DRY,
-    EDGE,
-    HEIGHT,
-    LENGTH,
-    STONE,
-    by_hand,
-    case,
-    checked,
-    codes,
-    facade,
-    run,
-    small_blocks,
-    tied,
-)
+from facades import DEPTH, DRY, EDGE, GROUND, HEIGHT, LENGTH, box, by_hand, case, checked, codes, facade, run, tied
 from structures import SELF_WEIGHT, model_of, push
 
 
@@ -192,9 +178,8 @@ def test_an_edge_beyond_the_joint_has_a_note(over, notes):
 
     It begins at (0.25 − over) / 1.25, thus 0.12 with over = 0.1 m, and about its own lower edge at 0.2.
     """
-    ledge = bs.Block.box("ledge", "[0, 0, -1] m", "[2, 0.6, 1] m", STONE, fixed=True)
-    cote = bs.Block.box("bell-cote", Q_([0, -over, 0], "m"), "[2, 0.5, 2.5] m", STONE)
-    model = model_of([ledge, cote], DRY)
+    ledge = box("ledge", [0, 0, -1], [2, 0.6, 1], fixed=True)
+    model = model_of([ledge, box("bell-cote", [0, -over, 0], [2, 0.5, 2.5])], DRY)
     own, joint = (Q_([[0, y, 0], [2, y, 0]], "m") for y in (-over, 0.0))
     beyond, at_joint = (bs.assess.overturning(model, case(), ["bell-cote"], edge) for edge in (own, joint))
     assert (beyond.alpha0, at_joint.alpha0) == pytest.approx((0.2, (0.25 - over) / 1.25))
@@ -207,11 +192,9 @@ def test_an_edge_over_an_opening_crushes_over_its_piers_alone():
 
     With f_c = 1 MPa over 2.5 m the hinge is set back by 270 / (2 · 1000 · 2.5) = 0.054 m, over 5 m by half as much.
     """
-    origins, lengths = [[0, 0, 0], [3.75, 0, 0], [0, 0, 2]], [1.25, 1.25, 5]
-    parts = [
-        bs.Block.box(f"part {k}", Q_(origin, "m"), Q_([length, DEPTH, 4 if k == 2 else 2], "m"), STONE)
-        for k, (origin, length) in enumerate(zip(origins, lengths, strict=True))
-    ]
+    origins = [[0, 0, 0], [3.75, 0, 0], [0, 0, 2]]
+    sizes = [[1.25, DEPTH, 2], [1.25, DEPTH, 2], [5, DEPTH, 4]]
+    parts = [box(f"part {k}", *where) for k, where in enumerate(zip(origins, sizes, strict=True))]
     model = model_of([facade().blocks[0], *parts], DRY.varied(compressive_strength="1 MPa"))
     names = [b.name for b in parts]
 
@@ -242,11 +225,11 @@ def test_a_stop_that_the_wall_leans_on_is_a_joint(joint, has_note):
     """Ground filled up to 1 m in front holds an edge there; walls at its end and its back do not."""
     ground, wall = facade().blocks
     beside = {
-        "stop": bs.Block.box("stop", "[0, -1, 0] m", "[5, 1, 1] m", STONE, fixed=True),
-        "end": bs.Block.box("end", "[5, 0, 0] m", "[1, 0.6, 6] m", STONE, fixed=True),
-        "back": bs.Block.box("back", "[0, 0.6, 0] m", "[5, 1, 6] m", STONE, fixed=True),
+        "stop": [box("stop", [0, -1, 0], [5, 1, 1], fixed=True)],
+        "end": [box("end", [5, 0, 0], [1, 0.6, 6], fixed=True)],
+        "back": [box("back", [0, 0.6, 0], [5, 1, 6], fixed=True)],
     }
-    model = model_of([ground, wall, *([beside[joint]] if joint in beside else [])], DRY)
+    model = model_of([ground, wall, *beside.get(joint, [])], DRY)
     hand = bs.assess.overturning(model, case(), ["façade"], edge_at(1.0))
     assert bool(hand.notes) == has_note
     assert bs.assess.overturning(model, case(), ["façade"], EDGE).notes == ()
@@ -282,12 +265,12 @@ def test_a_mechanism_by_hand_of_other_weights_or_loads_is_refused(result):
     """Another façade begins elsewhere, and so does this one where it is pushed the other way or carries a roof."""
     model = result.model
     roof = bs.LoadPattern("roof", [bs.SelfWeight(), bs.Weight("façade", "[2.5, 0.4, 6] m", "90 kN")])
-    thick = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, 2 * DEPTH, HEIGHT], "m"), STONE)
+    thick = box("façade", [0, 0, 0], [LENGTH, 2 * DEPTH, HEIGHT])
     others = [
         bs.assess.overturning(model_of([model.block("ground"), thick], DRY), case(), ["façade"], EDGE),
         bs.assess.overturning(model, case(dead=roof), ["façade"], EDGE),
         bs.assess.overturning(model, case(push(0, 1, 0)), ["façade"], edge_at(0.0, DEPTH)),
-        bs.assess.overturning(small_blocks(), case(), ["1.1"], Q_([[0, 0, 0], [1, 0, 0]], "m")),
+        bs.assess.overturning(facades.small_blocks(), case(), ["1.1"], Q_([[0, 0, 0], [1, 0, 0]], "m")),
     ]
     for hand in others:
         with pytest.raises(bs.errors.ModelError, match="beside has other blocks or loads than case 'out of plane'"):
@@ -296,12 +279,8 @@ def test_a_mechanism_by_hand_of_other_weights_or_loads_is_refused(result):
 
 def test_a_mechanism_by_hand_higher_up_has_a_note():
     """The upper storey, 2 m on 4 m, begins at α0 = 0.3, three times the α0 of both, with the demand of its height."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
-    lower, upper = (
-        bs.Block.box(name, Q_([0, 0, z], "m"), Q_([5, 0.6, height], "m"), STONE)
-        for name, z, height in (("lower", 0, 4), ("upper", 4, 2))
-    )
-    result = run(model_of([ground, lower, upper], DRY, "storeys"))
+    storeys = box("lower", [0, 0, 0], [5, 0.6, 4]), box("upper", [0, 0, 4], [5, 0.6, 2])
+    result = run(model_of([GROUND, *storeys], DRY, "storeys"))
     by_hand = bs.assess.overturning(result.model, result.case, ["upper"], EDGE + Q_([0, 0, 4], "m"))
     assert by_hand.alpha0 == pytest.approx(0.3)
     check = checked(result, beside=by_hand)

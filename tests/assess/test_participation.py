@@ -8,7 +8,7 @@ from blockstruct import Q_
 from blockstruct.assess.participation import Participation
 from blockstruct.text import assessment
 from facades import solve
-from structures import STONE, model_of, push
+from structures import STONE, box, model_of, push
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 
@@ -23,9 +23,9 @@ def lever(stem):
     faces = [list(range(n)), list(range(2 * n - 1, n - 1, -1))]
     faces += [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
     blocks = [
-        bs.Block.box("ground", "[-2, 0, -0.5] m", "[2.2, 1, 0.5] m", STONE, fixed=True),
-        bs.Block.box("pier", "[0.3, 0, -0.5] m", "[1.7, 1, 2.5] m", STONE, fixed=True),
-        bs.Block.box("column", "[-1, 0, 0] m", "[1, 1, 8] m", STONE),
+        box("ground", [-2, 0, -0.5], [2.2, 1, 0.5], fixed=True),
+        box("pier", [0.3, 0, -0.5], [1.7, 1, 2.5], fixed=True),
+        box("column", [-1, 0, 0], [1, 1, 8]),
         bs.Block.from_faces("bracket", Q_([(x, y, z) for y in (0, 1) for x, z in outline], "m"), faces, STONE),
     ]
     joints = {"head": bs.JointMaterial("smooth", 0.0), "*": bs.JointMaterial("rough", 3.0)}

@@ -14,14 +14,10 @@ from blockstruct.model import fit
 from blockstruct.structures.prism import prism
 from properties import few
 from refusals import refused
-from structures import STONE, moved, rotation, solve
+from structures import STONE, box, moved, push, rotation, solve
 
 DRY, LIME = bs.JointMaterial("dry", 0.65), bs.JointMaterial("lime", 0.75)
 CUBE, FACES = np.array(meshes.CUBE, dtype=float), meshes.QUADS
-
-
-def box(name, origin, size=(1, 1, 1), *, fixed=False):
-    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
 
 
 def hexahedron(name, vertices, *, fixed=False):
@@ -113,7 +109,7 @@ def test_the_area_tolerance():
 def test_hints_name_a_sufficient_tolerance():
     # Three stones turned by 3 degrees so that they touch with an edge, and a level one 4 mm above the floor.
     turn = rotation((0, 1, 0), np.radians(3))
-    stones = [*(moved([box(f"turned {k}", (0, 0, 0))], turn, (2 * k, 0, np.sin(np.radians(3))))[0] for k in range(3))]
+    stones = [moved([box(f"turned {k}", (0, 0, 0))], turn, (2 * k, 0, np.sin(np.radians(3))))[0] for k in range(3)]
     report = detect(FLOOR, *stones, box("high", (6, 0, 0.004)), tolerance="1 mm").report
     # Without limit their lower faces would be contact, open by 5 cm at the far side.
     assert report.hints == (
@@ -125,11 +121,8 @@ def test_hints_name_a_sufficient_tolerance():
 
 def test_hints_for_a_wall_with_open_joints():
     apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
-    assert {c[:2]: round(c[2], 6) for c in apart.close} == {
-        ("floor", "a"): 0.025,
-        ("floor", "b"): 0.025,
-        ("a", "b"): 0.03,
-    }
+    close = {("floor", "a"): 0.025, ("floor", "b"): 0.025, ("a", "b"): 0.03}
+    assert {c[:2]: round(c[2], 6) for c in apart.close} == close
     assert "close without contact: a | b: 30 mm apart" in str(apart)
     report = detect(FLOOR, box("a", [0, 0, 0.004]), box("b", [0, 0, 1.004])).report
     assert report.accepted == 1
@@ -211,10 +204,7 @@ def test_patterns_may_contain_any_character():
 
 def test_joint_materials_by_a_function():
     found = bs.detect_interfaces(wall(), lambda joint: LIME if joint.centroid[2] > 0.3 else DRY)
-    assert {(i.joint_material.name, bool(i.centroid[2] > 0.3)) for i in found.interfaces} == {
-        ("lime", True),
-        ("dry", False),
-    }
+    assert all(i.joint_material is (LIME if i.centroid[2] > 0.3 else DRY) for i in found.interfaces)
 
 
 @pytest.mark.parametrize(
@@ -287,12 +277,8 @@ def test_detection_is_invariant_to_rigid_motion_and_block_order(axis, angle, shi
 @given(scale=st.floats(1e-3, 1e3), unit=st.sampled_from(["m", "mm", "ft", "in"]))
 def test_detection_is_invariant_to_scale_and_units(scale, unit):
     def scaled(unit_length):
-        return [
-            bs.Block.from_faces(
-                b.name, Q_(b.shape.vertices * scale, "m").to(unit_length), b.shape.faces, STONE, fixed=b.fixed
-            )
-            for b in PUZZLE
-        ]
+        shapes = [(Q_(b.shape.vertices * scale, "m").to(unit_length), b.shape.faces) for b in PUZZLE]
+        return [bs.Block.from_faces(b.name, *s, STONE, fixed=b.fixed) for b, s in zip(PUZZLE, shapes, strict=True)]
 
     assert summary(bs.detect_interfaces(scaled(unit), DRY).report) == summary(bs.detect_interfaces(PUZZLE, DRY).report)
 
@@ -360,7 +346,7 @@ def test_very_rough_joints_make_a_model():
     """Closing the slits between pieces leaves corners where no stone is: the model would refuse them."""
     places = np.stack(np.meshgrid(range(3), 0, range(3)), axis=-1).reshape(-1, 3)
     stones = [faceted("s" * k, 1.0102 * place, 3, rough=5e-3) for k, place in enumerate(places, start=1)]
-    floor = bs.Block.box("floor", Q_([-1, -1, -1.0051], "m"), Q_([6, 3, 1], "m"), STONE, fixed=True)
+    floor = box("floor", [-1, -1, -1.0051], [6, 3, 1], fixed=True)
     found = detect(floor, *stones, tolerance="25 mm", angle_tolerance="5 deg")
     model = bs.Model("stones", [floor, *stones], found.interfaces, detection=found.report)
     assert len(model.interfaces) >= 15
@@ -369,8 +355,8 @@ def test_very_rough_joints_make_a_model():
 @pytest.mark.parametrize("base", [2, 100])
 def test_a_slightly_tilted_block_on_a_base_of_any_size(base):
     """Over the whole base the two planes lie far apart, where they meet they do not."""
-    tilted = moved([bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([0.5, 0.5, 0.5], "m"), STONE)], rotation((0, 1, 0), -0.01))
-    ground = bs.Block.box("ground", Q_([-base / 2, -base / 2, -1], "m"), Q_([base, base, 1], "m"), STONE, fixed=True)
+    tilted = moved([box("b", [0, 0, 0], [0.5, 0.5, 0.5])], rotation((0, 1, 0), -0.01))
+    ground = box("ground", [-base / 2, -base / 2, -1], [base, base, 1], fixed=True)
     found = detect(ground, *tilted, tolerance="6 mm", angle_tolerance="2 deg")
     assert bs.Model("tilted", [ground, *tilted], found.interfaces).interfaces[0].area == pytest.approx(0.25, rel=1e-3)
 
@@ -434,9 +420,8 @@ def test_the_contact_next_to_a_sheet_is_kept(origin, size, parts, left):
 
 def test_a_drum_on_a_sheet_of_lead_slides_on_the_lead():
     blocks = FLOOR, box("a", [0, 0, 0]), box("p", [0, 0, 1], [1, 1, 0.005]), box("b", [0, 0, 1.005], [1, 1, 0.5])
-    push = bs.LoadPattern("push", [bs.BodyForce("+x")])
     found = detect(*blocks, joint=LEAD, tolerance="6 mm")
-    result = solve(bs.Model("drums", blocks, found.interfaces, detection=found.report), push)
+    result = solve(bs.Model("drums", blocks, found.interfaces, detection=found.report), push(1, 0, 0))
     assert result.load_factor == pytest.approx(0.1, rel=1e-3)
 
 
@@ -455,12 +440,8 @@ def test_an_explicit_interface_is_kept_once():
 def test_interfaces_have_unique_names_for_any_names_of_blocks(names):
     outline = [(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)]
     floor, two, one, upper = names
-    blocks = [
-        box(floor, [-1, -1, -1], [9, 3, 1], fixed=True),
-        prism(two, outline, (0.0, 1.0), STONE),
-        box(one, [4, 0, 0]),
-        box(upper, [4, 0, 1]),
-    ]
+    blocks = [box(floor, [-1, -1, -1], [9, 3, 1], fixed=True), prism(two, outline, (0.0, 1.0), STONE)]
+    blocks += [box(one, [4, 0, 0]), box(upper, [4, 0, 1])]
     found = detect(*blocks)
     model = bs.Model("of odd names", blocks, found)
     assert len({i.name for i in model.interfaces}) == 4
@@ -490,7 +471,7 @@ def test_a_block_on_a_contact_that_is_not_plane_rocks_about_its_own_corners(roug
     corners = lower[4:]
     contact = bs.Interface("rough", "a", "b", Q_(corners, "m"), bs.JointMaterial("rough", 2.0))
     found = bs.detect_interfaces([below, above], DRY, explicit=[contact])
-    result = solve(bs.Model("rough", [below, above], found.interfaces), bs.LoadPattern("p", [bs.BodyForce((1, 0, 0))]))
+    result = solve(bs.Model("rough", [below, above], found.interfaces), push(1, 0, 0))
     assert result.status == "converged"
     # It turns about the line through the corners at x = 1, whose heights are −rough and +rough.
     axis, arm = corners[2] - corners[1], above.centroid - corners[1]

@@ -59,10 +59,16 @@ BASIC = {
 TEXTS = st.text().filter(str.isprintable) | st.text("0123456789_:.xobe-+~=<&*!?#'\" nys", max_size=6)
 
 
+def text_of(content):
+    return yaml.safe_dump(content, sort_keys=False)
+
+
 def write(tmp_path, content, suffix=".yaml"):
+    """A file of content, or of a text."""
     path = tmp_path / f"model{suffix}"
-    text = json.dumps(content) if suffix == ".json" else yaml.safe_dump(content, sort_keys=False)
-    path.write_text(text, encoding="utf-8")
+    if not isinstance(content, str):
+        content = json.dumps(content) if suffix == ".json" else text_of(content)
+    path.write_text(content, encoding="utf-8")
     return path
 
 
@@ -85,45 +91,30 @@ def test_a_document_with_every_kind_of_entry(tmp_path, suffix):
     assert result.load_factor == pytest.approx(np.tan(np.pi / 6) * W / (W + 1500), rel=1e-6)
 
 
+def joints_of(document):
+    return {i.name: i.joint_material.name for i in document.model.interfaces}
+
+
 def test_joints_by_rule_with_tolerances_and_explicit_interfaces(tmp_path):
     content = copy.deepcopy(BASIC)
     content["joint_materials"]["lime"] = {"friction_coefficient": 0.7}
     box = {"material": "stone", "box": {"origin": ["1 m", "0 m", "0 m"], "size": ["1 m", "1 m", "20 cm"]}}
     content["blocks"] += [box | {"name": "side", "fixed": True}]
     content["blocks"][0]["box"]["size"] = ["2 m", "1 m", "20 cm"]
-    content["blocks"][1] = {
-        "name": "wedge",
-        "material": "stone",
-        "box": {"origin": ["0.2 mm", "0 m", "0 m"], "size": ["1 m", "1 m", "50 cm"]},
-    }
+    shape = {"origin": ["0.2 mm", "0 m", "0 m"], "size": ["1 m", "1 m", "50 cm"]}
+    content["blocks"][1] = {"name": "wedge", "material": "stone", "box": shape}
     content["load_patterns"]["push"].pop(2)
-    content["interfaces"] = {
-        "joint_material": {"base|*": "lime", "*": "dry"},
-        "tolerance": "1 mm",
-        "angle_tolerance": "2 deg",
-        "area_tolerance": "1 cm^2",
-    }
+    tolerances = {"tolerance": "1 mm", "angle_tolerance": "2 deg", "area_tolerance": "1 cm^2"}
+    content["interfaces"] = {"joint_material": {"base|*": "lime", "*": "dry"}, **tolerances}
     document = bs.read_document(write(tmp_path, content))
-    assert {i.name: i.joint_material.name for i in document.model.interfaces} == {
-        "base|wedge": "lime",
-        "wedge|side": "dry",
-    }
+    assert joints_of(document) == {"base|wedge": "lime", "wedge|side": "dry"}
     limits = document.report.tolerances
     assert (limits.gap, limits.angle, limits.area) == pytest.approx((1e-3, np.radians(2), 1e-4))
-    content["interfaces"]["explicit"] = [
-        {
-            "minus": "base",
-            "plus": "wedge",
-            "unit": "cm",
-            "polygon": [[0, 0, 0], [50, 0, 0], [50, 100, 0], [0, 100, 0]],
-            "joint_material": "dry",
-        }
-    ]
+    polygon = [[0, 0, 0], [50, 0, 0], [50, 100, 0], [0, 100, 0]]
+    given = {"minus": "base", "plus": "wedge", "unit": "cm", "polygon": polygon, "joint_material": "dry"}
+    content["interfaces"]["explicit"] = [given]
     document = bs.read_document(write(tmp_path, content))
-    assert {i.name: i.joint_material.name for i in document.model.interfaces} == {
-        "base|wedge": "dry",
-        "wedge|side": "dry",
-    }
+    assert joints_of(document) == {"base|wedge": "dry", "wedge|side": "dry"}
     assert document.model.interfaces[0].area == pytest.approx(0.5)
     content["interfaces"]["joint_material"] = {"beds": "dry"}
     with refused(bs.errors.ModelError, "'beds' pattern"):
@@ -184,17 +175,14 @@ def test_refused_documents(tmp_path, error, words, path, value):
 
 
 def test_numbers_without_a_point_are_numbers(tmp_path):
-    path = write(tmp_path, BASIC)
-    path.write_text(path.read_text(encoding="utf-8") + "  gap_tolerance: 1e-3\n", encoding="utf-8")
+    path = write(tmp_path, text_of(BASIC) + "  gap_tolerance: 1e-3\n")
     assert bs.read_document(path).settings["gap_tolerance"] == 1e-3
 
 
 @pytest.mark.parametrize("text", ["040", "010", "08", "1:30", "1_000", "0o17", "0b11", "-0x1F", "yes", "Off"])
 def test_texts_that_versions_of_yaml_read_differently_are_refused(tmp_path, text):
-    path = write(tmp_path, BASIC)
-    path.write_text(path.read_text(encoding="utf-8") + f"  patience: {text}\n", encoding="utf-8")
     with refused(DOCUMENT, f"model.yaml {text} '{text}' quotes line"):
-        bs.read_document(path)
+        bs.read_document(write(tmp_path, text_of(BASIC) + f"  patience: {text}\n"))
 
 
 @pytest.mark.parametrize(("text", "number"), [("1e3", 1000), ("+30", 30), ("0x1F", 31), ("1.", 1), (".5", 0.5)])
@@ -227,17 +215,14 @@ cases: [{name: push, dead: dead, variable: push, flow: associative}]
         ("[0.5 m,", '["-0,5 m",', "'b' size '-0,5 m' '-0.5 m'"),
         ("[0.5 m,", "[0,5 m,", "/blocks/1/box/size '5 m' 0.5 0,5"),
         ("0.65", '"0,65"', "/lime/friction_coefficient '0,65' 0.65"),
-        ("0.65", "0,65", "wall.yaml line 3 0.5 0,5"),
+        ("0.65", "0,65", "model.yaml line 3 0.5 0,5"),
     ],
 )
 def test_a_decimal_comma_is_refused_with_the_decimal_point(tmp_path, point, comma, words):
-    path = tmp_path / "wall.yaml"
-    path.write_text(COMMAS, encoding="utf-8")
-    bs.read_document(path)
-    path.write_text(COMMAS.replace(point, comma, 1), encoding="utf-8")
+    bs.read_document(write(tmp_path, COMMAS))
     with refused(bs.errors.BlockstructError, words) as caught:
-        bs.read_document(path)
-    assert "wall.yaml" in "\n".join([str(caught.value), *getattr(caught.value, "__notes__", ())])
+        bs.read_document(write(tmp_path, COMMAS.replace(point, comma, 1)))
+    assert "model.yaml" in "\n".join([str(caught.value), *getattr(caught.value, "__notes__", ())])
 
 
 @pytest.mark.parametrize(
@@ -292,20 +277,18 @@ def test_violations_of_a_load_are_relative_to_its_kind(tmp_path, load, violation
 @pytest.mark.parametrize("name", ["1.10", "-0.50", "7"])
 def test_a_name_that_reads_as_a_number_needs_quotes(tmp_path, name):
     """Every YAML reader takes 1.10 for 1.1, which is another block: the message has it as written."""
-    path = write(tmp_path, changed("blocks", 1, "name", to=name))
-    quoted = path.read_text(encoding="utf-8")
-    path.write_text(quoted.replace(f"'{name}'", name), encoding="utf-8")
+    quoted = text_of(changed("blocks", 1, "name", to=name))
     assert f"'{name}'" in quoted
     with refused(DOCUMENT, f"/blocks/1/name {name} quote"):
-        bs.read_document(path)
+        bs.read_document(write(tmp_path, quoted.replace(f"'{name}'", name)))
 
 
 def test_aliases_are_read(tmp_path):
-    text = write(tmp_path, BASIC).read_text(encoding="utf-8")
+    text = text_of(BASIC)
     shared = text.replace("material: stone", "material: &m stone", 1).replace("material: stone", "material: *m")
-    (tmp_path / "shared.yaml").write_text(shared, encoding="utf-8")
     assert shared != text
-    assert bs.read_document(tmp_path / "shared.yaml").model.hash == bs.read_document(tmp_path / "model.yaml").model.hash
+    one, other = (bs.read_document(write(tmp_path, of)).model for of in (text, shared))
+    assert one.hash == other.hash
 
 
 def test_aliases_give_independent_copies():
@@ -344,18 +327,15 @@ def test_unknown_settings_are_refused(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
 def test_repeated_keys_are_refused(tmp_path, suffix):
-    path = tmp_path / f"m{suffix}"
-    path.write_text('{"materials": {"a": {"density": "1 kg/m^3"}, "a": {"density": "2 kg/m^3"}}}', encoding="utf-8")
-    with refused(DOCUMENT, f"m{suffix} 'a'"):
-        bs.read_document(path)
+    text = '{"materials": {"a": {"density": "1 kg/m^3"}, "a": {"density": "2 kg/m^3"}}}'
+    with refused(DOCUMENT, f"model{suffix} 'a'"):
+        bs.read_document(write(tmp_path, text, suffix))
 
 
 @pytest.mark.parametrize("text", ["a: [1", "!!python/object/apply:os.system ['true']", "\x00", "- 1\n- 2"])
 def test_other_texts_are_refused(tmp_path, text):
-    path = tmp_path / "m.yaml"
-    path.write_text(text, encoding="utf-8")
-    with refused(DOCUMENT, "m.yaml"):
-        bs.read_document(path)
+    with refused(DOCUMENT, "model.yaml"):
+        bs.read_document(write(tmp_path, text))
 
 
 def test_unreadable_files(tmp_path):

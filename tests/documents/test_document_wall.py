@@ -75,11 +75,8 @@ def test_a_room_equals_the_room_of_the_builder(tmp_path):
 
 
 def test_a_wall_and_blocks(tmp_path):
-    post = {
-        "name": "post",
-        "material": "stone",
-        "box": {"origin": ["1 m", "0 m", "3 m"], "size": ["1 m", "0.5 m", "1 m"]},
-    }
+    shape = {"origin": ["1 m", "0 m", "3 m"], "size": ["1 m", "0.5 m", "1 m"]}
+    post = {"name": "post", "material": "stone", "box": shape}
     model = bs.read_document(written(tmp_path, {"unit_length": "0.5 m"}, blocks=[post])).model
     assert {"base", "12.1", "post"} <= {block.name for block in model.blocks}
 

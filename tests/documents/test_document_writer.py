@@ -9,14 +9,9 @@ from refusals import refused
 from structures import moved, rotation
 
 TUFF = bs.Material("tuff", "12.3 kN/m^3")
-LIME = bs.JointMaterial(
-    "lime: mortar",
-    friction_angle="33 deg",
-    dilatancy_angle="4.5 deg",
-    cohesion="0.11 MPa",
-    tensile_strength="0.1 MPa",
-    compressive_strength="4.7 MPa",
-)
+ANGLES = {"friction_angle": "33 deg", "dilatancy_angle": "4.5 deg"}
+STRENGTHS = {"cohesion": "0.11 MPa", "tensile_strength": "0.1 MPa", "compressive_strength": "4.7 MPa"}
+LIME = bs.JointMaterial("lime: mortar", **ANGLES, **STRENGTHS)
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from blockstruct.geometry import overlap
 from blockstruct.geometry.cells import polygon_cells
@@ -82,10 +83,9 @@ def test_normal_points_from_minus_to_plus(small_model):
 
 
 def test_slivers_and_contacts_of_supports_are_reported(dry):
-    a = bs.Block.box("a", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
-    b = bs.Block.box("b", Q_([0.9999999, 0, 1], "m"), Q_([1, 1, 1], "m"), STONE)
-    ground = [bs.Block.box(f"g{x}", Q_([x, 0, -1], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True) for x in (0, 1)]
-    report = bs.detect_interfaces([a, b, *ground], joint_material=dry).report
+    blocks = [structures.box("a", [0, 0, 0]), structures.box("b", [0.9999999, 0, 1])]
+    blocks += [structures.box(f"g{x}", [x, 0, -1], fixed=True) for x in (0, 1)]
+    report = bs.detect_interfaces(blocks, joint_material=dry).report
     assert [s[:2] for s in report.slivers] == [("a", "b")]
     assert report.between_supports == (("g0", "g1"),)
     assert report.untouched == ("b", "g1")
@@ -103,9 +103,8 @@ def test_overlap_depth_of_convex_blocks():
 
 
 def test_rotated_neighbours_with_overlapping_boxes_do_not_overlap():
-    R = rotation((0, 0, 1), 0.6)
-    blocks = [bs.Block.box(f"{x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE) for x in range(4)]
-    shapes = [b.shape for b in moved(blocks, R)]
+    turned = moved([structures.box(f"{x}", [x, 0, 0]) for x in range(4)], rotation((0, 0, 1), 0.6))
+    shapes = [b.shape for b in turned]
     assert overlapping_pairs(shapes, 1e-6) == []
 
 

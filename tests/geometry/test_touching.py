@@ -4,19 +4,16 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-import blockstruct as bs
-from blockstruct import Q_
 from blockstruct.geometry.touching import MovingBodies
-from structures import rotation
+from structures import box, rotation
 
-STONE = bs.Material("stone", "20 kN/m^3")
 ANGLES = st.floats(-0.05, 0.05)
 
 
 @given(ANGLES, ANGLES, st.floats(-0.15, 0.15), st.floats(-np.pi, np.pi))
 def test_flush_faces(first, second, aside, turned):
     """Two units of a wall that turn in its plane touch in front as behind, at any azimuth, whatever rounding does."""
-    units = [bs.Block.box(name, Q_([0, 0, 0], "m"), Q_([0.4, 0.3, 0.2], "m"), STONE) for name in ("lower", "upper")]
+    units = [box(name, [0, 0, 0], [0.4, 0.3, 0.2]) for name in ("lower", "upper")]
     bodies = MovingBodies.of({b.name: b.shape for b in units}, np.array([True, False]), radius=0.0)
     azimuth = rotation((0, 0, 1), turned)
     tilts = [azimuth @ rotation((0, 1, 0), angle) for angle in (first, second)]

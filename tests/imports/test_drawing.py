@@ -21,19 +21,25 @@ MM = 4
 
 
 @pytest.fixture
-def draw(tmp_path):
-    """A drawing in mm with layers, and a function that saves and reads it."""
+def space():
+    """The model space of a drawing in mm with layers."""
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = MM
     for layer in ("STONE", "GROUND", "NOTES"):
         document.layers.add(layer)
+    return document.modelspace()
 
-    def read(**options):
-        path = tmp_path / "drawing.dxf"
-        document.saveas(path)
-        return bs.imports.read_drawing(path, **{"unit": "mm", "material": STONE, "thickness": "0.3 m"} | options)
 
-    return document.modelspace(), read
+@pytest.fixture
+def read(space, tmp_path):
+    """Save the drawing and read it, or read another file."""
+
+    def read(path=None, **options):
+        space.doc.saveas(tmp_path / "drawing.dxf")
+        chosen = {"unit": "mm", "material": STONE, "thickness": "0.3 m"} | options
+        return bs.imports.read_drawing(path or tmp_path / "drawing.dxf", **chosen)
+
+    return read
 
 
 def rectangle(space, x, y, width, height, layer="STONE", **attributes):
@@ -41,8 +47,7 @@ def rectangle(space, x, y, width, height, layer="STONE", **attributes):
     return space.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer} | attributes)
 
 
-def test_an_elevation_in_millimetres(draw):
-    space, read = draw
+def test_an_elevation_in_millimetres(space, read):
     rectangle(space, 0, -200, 1000, 200, "GROUND")
     for row in range(4):
         for x, width in [(0, 500), (500, 500)] if row % 2 == 0 else [(0, 250), (250, 500), (750, 250)]:
@@ -88,8 +93,7 @@ def voussoirs(space, n, inner, outer):
         )
 
 
-def test_arcs_need_segments(draw):
-    space, read = draw
+def test_arcs_need_segments(space, read):
     voussoirs(space, 9, 1900, 2100)
     with pytest.raises(bs.errors.GeometryFileError, match="segments"):
         read()
@@ -107,8 +111,7 @@ def cube_at(x):
     return [(400 * a + x, 400.0 * b, 400.0 * c) for a, b, c in CUBE], QUADS
 
 
-def test_bodies_in_three_dimensions(draw):
-    space, read = draw
+def test_bodies_in_three_dimensions(space, read):
     vertices, faces = cube_at(0)
     with space.add_mesh(dxfattribs={"layer": "GROUND"}).edit_data() as mesh:
         mesh.vertices, mesh.faces = vertices, faces
@@ -126,8 +129,7 @@ def test_bodies_in_three_dimensions(draw):
     assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 3
 
 
-def test_layers_have_materials_and_ignored_entities_are_reported(draw):
-    space, read = draw
+def test_layers_have_materials_and_ignored_entities_are_reported(space, read):
     rectangle(space, 0, 0, 500, 250)
     rectangle(space, 0, -250, 500, 250, "GROUND")
     rectangle(space, 900, 0, 100, 100, "NOTES")
@@ -146,8 +148,7 @@ def test_layers_have_materials_and_ignored_entities_are_reported(draw):
         assert len(read(material={"STONE": TUFF, "GROUND": STONE}).blocks) == 1
 
 
-def test_blocks_of_the_drawing_are_followed(draw):
-    space, read = draw
+def test_blocks_of_the_drawing_are_followed(space, read):
     unit = space.doc.blocks.new("UNIT")
     rectangle(unit, 0, 0, 500, 250, "0")
     for x in (0, 500):
@@ -197,8 +198,7 @@ def smoothed_mesh(space):
         (smoothed_mesh, "1 MESH on layer STONE"),
     ],
 )
-def test_invisible_entities_are_reported(draw, add, words):
-    space, read = draw
+def test_invisible_entities_are_reported(space, read, add, words):
     rectangle(space, 0, 250, 500, 250)
     add(space)
     with pytest.warns(bs.errors.GeometryWarning, match=words):
@@ -206,15 +206,13 @@ def test_invisible_entities_are_reported(draw, add, words):
     assert [b.centroid[2] for b in found.blocks] == pytest.approx([0.375])
 
 
-def test_layers_inside_a_block_on_a_layer_that_is_off(draw):
-    space, read = draw
+def test_layers_inside_a_block_on_a_layer_that_is_off(space, read):
     space.doc.layers.get("NOTES").off()
     unit_on("NOTES")(space)
     assert [b.name for b in read().blocks] == ["STONE.1"]
 
 
-def test_control_points_of_a_spline_are_ignored(draw):
-    space, read = draw
+def test_control_points_of_a_spline_are_ignored(space, read):
     corners = [(0, 0), (500, -90), (500, 0), (500, 250), (250, 400), (0, 250)]
     fitted = space.add_polyline2d(corners, close=True, dxfattribs={"layer": "STONE", "flags": 1 | 4})
     for vertex, flag in zip(fitted.vertices, (8, 16, 8, 8, 16, 8), strict=True):
@@ -235,8 +233,7 @@ def test_control_points_of_a_spline_are_ignored(draw):
         ({"thickness": -700, "elevation": -2000, "extrusion": (0, 0, -1)}, (2, 2.7)),
     ],
 )
-def test_the_sign_of_a_thickness_gives_the_side_of_the_prism(draw, plane, axis, attributes, reach, given):
-    space, read = draw
+def test_the_sign_of_a_thickness_gives_the_side_of_the_prism(space, read, plane, axis, attributes, reach, given):
     rectangle(space, 0, 0, 500, 250, **attributes)
     (block,) = read(plane=plane, thickness=given).blocks
     along = block.shape.vertices[:, axis]
@@ -246,8 +243,7 @@ def test_the_sign_of_a_thickness_gives_the_side_of_the_prism(draw, plane, axis, 
     assert block.shape.volume == pytest.approx(0.5 * 0.25 * 0.7)
 
 
-def test_a_polyline_outside_the_drawing_plane_is_reported(draw):
-    space, read = draw
+def test_a_polyline_outside_the_drawing_plane_is_reported(space, read):
     rectangle(space, 0, 0, 500, 250)
     rectangle(space, 0, 0, 500, 250, "GROUND", thickness=100, extrusion=(0, -1, 0))
     said = "1 polyline out of the drawing plane on layer GROUND, to be drawn in it or exported as a mesh"
@@ -260,8 +256,7 @@ SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]
 
 @pytest.mark.parametrize("off", [0, 1e-12, 1e-9])
 @pytest.mark.parametrize("marked", [True, False])
-def test_rings_whose_ends_meet_to_rounding_are_closed(draw, off, marked):
-    space, read = draw
+def test_rings_whose_ends_meet_to_rounding_are_closed(space, read, off, marked):
     corners = [*SQUARE, (500 * off, -500 * off)]
     space.add_lwpolyline(corners, close=marked, dxfattribs={"layer": "STONE"})
     (block,) = read().blocks
@@ -269,8 +264,7 @@ def test_rings_whose_ends_meet_to_rounding_are_closed(draw, off, marked):
     assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
 
 
-def test_the_closing_gap(draw):
-    space, read = draw
+def test_the_closing_gap(space, read):
     rectangle(space, 600, 0, 500, 250)
     line = space.add_lwpolyline([*SQUARE, (0, 3)], dxfattribs={"layer": "STONE"})
     open_ = rf"1 open polyline on layer STONE \(handle {line.dxf.handle} \(ends 0.003 m apart\)\)"
@@ -299,8 +293,7 @@ def test_the_closing_gap(draw):
         ([*SQUARE[:2], (500, 150), (500, 50), *SQUARE[2:]], True),  # back a part of the way
     ],
 )
-def test_edges_that_are_retraced_are_dropped_and_reported(draw, corners, closed):
-    space, read = draw
+def test_edges_that_are_retraced_are_dropped_and_reported(space, read, corners, closed):
     space.add_lwpolyline(corners, close=closed, dxfattribs={"layer": "STONE"})
     with pytest.warns(bs.errors.GeometryWarning, match=r"runs over its own edges again: \d+ \(STONE.1\)"):
         (block,) = read().blocks
@@ -335,8 +328,7 @@ def test_random_repeated_outlines_are_restored(seed):
         ([(0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)], 0.141),
     ],
 )
-def test_open_polylines_are_reported_with_handle_and_gap(draw, corners, gap):
-    space, read = draw
+def test_open_polylines_are_reported_with_handle_and_gap(space, read, corners, gap):
     rectangle(space, 0, 600, 500, 250)
     line = space.add_lwpolyline(corners, dxfattribs={"layer": "STONE"})
     with pytest.warns(bs.errors.GeometryWarning, match="left out"):
@@ -344,8 +336,7 @@ def test_open_polylines_are_reported_with_handle_and_gap(draw, corners, gap):
     assert found.report.left_out == (f"1 open polyline on layer STONE (handle {line.dxf.handle} (ends {gap} m apart))",)
 
 
-def test_copies_must_have_the_same_material_and_support(draw):
-    space, read = draw
+def test_copies_must_have_the_same_material_and_support(space, read):
     rectangle(space, 0, 0, 500, 250)
     rectangle(space, 0, 0, 500, 250, "GROUND")
     with pytest.warns(bs.errors.GeometryWarning, match=r"dropped: 1 \(GROUND.1 = STONE.1\)"):
@@ -356,8 +347,7 @@ def test_copies_must_have_the_same_material_and_support(draw):
     assert [b.name for b in read(supports=["GROUND"], exclude="STONE.*").blocks] == ["GROUND.1"]
 
 
-def test_outlines_without_area_are_reported(draw):
-    space, read = draw
+def test_outlines_without_area_are_reported(space, read):
     rectangle(space, 0, 600, 500, 250)
     lines = [
         space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "STONE"})
@@ -374,8 +364,7 @@ def test_outlines_without_area_are_reported(draw):
     assert found.report.left_out == (f"4 polyline without area on layer STONE (handle {handles})",)
 
 
-def test_override_unit(draw):
-    space, read = draw
+def test_override_unit(space, read):
     rectangle(space, 0, 0, 5000, 2500)
     space.doc.header["$INSUNITS"] = 1
     with pytest.raises(bs.errors.GeometryFileError, match=r"0.0254 m .*override_unit=True"):
@@ -390,8 +379,7 @@ def test_override_unit(draw):
 
 
 @pytest.mark.parametrize(("number", "stated"), [(3, "1609.34 m"), (13, "1e-06 m"), (16, "100 m"), (22, "0.0254001 m")])
-def test_rare_units_are_compared(draw, number, stated):
-    space, read = draw
+def test_rare_units_are_compared(space, read, number, stated):
     rectangle(space, 0, 0, 5000, 2500)
     space.doc.header["$INSUNITS"] = number
     with pytest.raises(bs.errors.GeometryFileError, match=rf"{stated} \(\$INSUNITS\), but unit= is 0.001 m"):
@@ -411,15 +399,13 @@ def test_rare_units_are_compared(draw, number, stated):
         (bs.errors.UnknownNameError, "'MARBLE'", {"material": {"MARBLE": STONE}}),
     ],
 )
-def test_refused_options(draw, error, words, options):
-    space, read = draw
+def test_refused_options(space, read, error, words, options):
     rectangle(space, 0, 0, 500, 250)
     with refused(error, f"drawing.dxf {words}"):
         read(**options)
 
 
-def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
-    space, read = draw
+def test_damaged_drawings_are_refused(space, read, tmp_path, monkeypatch):
     space.add_circle((0, 0), 100)
     space.add_3dsolid().sat = ["700 0 1 0", "End-of-ACIS-data"]
     left = r"left out: 1 3DSOLID on layer 0, to be exported as a mesh .*; 1 CIRCLE on layer 0"
@@ -446,16 +432,15 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
         path = tmp_path / f"{name}.dxf"
         path.write_bytes(bad)
         with pytest.raises(bs.errors.GeometryFileError, match=f"{name}.dxf"):
-            bs.imports.read_drawing(path, unit="mm", material=STONE, thickness="0.3 m")
+            read(path)
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[cad\]"'):
-        bs.imports.read_drawing(tmp_path / "drawing.dxf", unit="mm", material=STONE, thickness="0.3 m")
+        read()
 
 
 @pytest.mark.parametrize("last", [1000, 800], ids=["equal loops", "unequal loops"])
-def test_an_outline_that_crosses_itself_is_refused(draw, last):
+def test_an_outline_that_crosses_itself_is_refused(space, read, last):
     """Loops that turn against each other may enclose no area in sum; they are none the less drawn."""
-    space, read = draw
     rectangle(space, 0, 0, 1000, 500, "GROUND")
     space.add_lwpolyline([(0, 500), (1000, 500), (0, 1000), (last, 1000)], close=True, dxfattribs={"layer": "STONE"})
     with pytest.raises(bs.errors.GeometryFileError, match=r"'STONE.1': its surface crosses itself near"):
@@ -463,23 +448,21 @@ def test_an_outline_that_crosses_itself_is_refused(draw, last):
 
 
 @pytest.mark.parametrize("ending", [b"\n", b"\r\n"])
-def test_a_byte_order_mark_is_ignored(draw, tmp_path, ending):
+def test_a_byte_order_mark_is_ignored(space, read, tmp_path, ending):
     """As editors put one before a text that they save, and as OBJ and YAML files are read."""
-    space, read = draw
     space.doc.layers.add("PIÈRRE")
     rectangle(space, 0, 0, 1000, 500, "PIÈRRE")
     plain = read()
     content = (tmp_path / "drawing.dxf").read_bytes().replace(b"\r\n", b"\n").replace(b"\n", ending)
     marked = tmp_path / "marked.dxf"
     marked.write_bytes(b"\xef\xbb\xbf" + content)
-    found = bs.imports.read_drawing(marked, unit="mm", material=STONE, thickness="0.3 m")
+    found = read(marked)
     for one, other in zip(found.blocks, plain.blocks, strict=True):
         assert one.name == other.name == "PIÈRRE.1"
         np.testing.assert_array_equal(one.shape.vertices, other.shape.vertices)
 
 
-def test_entities_in_paper_space_are_reported(draw):
-    space, read = draw
+def test_entities_in_paper_space_are_reported(space, read):
     rectangle(space, 0, 0, 1000, 500)
     sheet = space.doc.layout("Layout1")
     sheet.add_viewport(center=(100, 100), size=(50, 50), view_center_point=(0, 0), view_height=500)

@@ -20,14 +20,8 @@ class Building:
         project = self.made("IfcProject", "project")
         self.run("unit.assign_unit", self.file, length={"is_metric": True, "raw": "MILLIMETERS"})
         model = self.run("context.add_context", self.file, context_type="Model")
-        self.body = self.run(
-            "context.add_context",
-            self.file,
-            context_type="Model",
-            context_identifier="Body",
-            target_view="MODEL_VIEW",
-            parent=model,
-        )
+        kind = {"context_type": "Model", "context_identifier": "Body", "target_view": "MODEL_VIEW"}
+        self.body = self.run("context.add_context", self.file, parent=model, **kind)
         self.storey = self.made("IfcBuildingStorey", "Ground floor")
         self.run("aggregate.assign_object", self.file, products=[self.storey], relating_object=project)
         self.materials = {}
@@ -38,15 +32,8 @@ class Building:
     def box(self, kind, name, corner, size, material=None, within=None):
         """Add an element that is a box, or an opening within an element."""
         element = self.made(kind, name)
-        length, thickness, height = size
-        shape = self.run(
-            "geometry.add_wall_representation",
-            self.file,
-            context=self.body,
-            length=length,
-            height=height,
-            thickness=thickness,
-        )
+        sizes = dict(zip(("length", "thickness", "height"), size, strict=True))
+        shape = self.run("geometry.add_wall_representation", self.file, context=self.body, **sizes)
         self.run("geometry.assign_representation", self.file, product=element, representation=shape)
         place = np.eye(4)
         place[:3, 3] = corner

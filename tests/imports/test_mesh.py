@@ -14,7 +14,7 @@ from blockstruct.contacts import corrected_joints
 from blockstruct.imports.outline import prism
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, read, saved, stl_bytes
 from properties import few
-from structures import STONE, moved, rotation
+from structures import STONE, box, moved, rotation
 
 JOINT = bs.JointMaterial("joint", 0.6)
 
@@ -34,10 +34,7 @@ def same_bodies(one, other, rel=1e-9):
         assert sorted(map(len, a.shape.faces)) == sorted(map(len, b.shape.faces))
 
 
-@pytest.mark.parametrize(
-    ("name", "write"),
-    [("wall.stl", stl_bytes), ("ascii.stl", ascii_stl), ("wall.ply", ply_text)],
-)
+@pytest.mark.parametrize(("name", "write"), [("wall.stl", stl_bytes), ("ascii.stl", ascii_stl), ("wall.ply", ply_text)])
 def test_a_wall_of_triangles_keeps_its_interfaces(tmp_path, wall, name, write):
     found = read(tmp_path, name, write(wall), fixed="lowest")
     same_bodies(found.blocks, wall)
@@ -49,9 +46,10 @@ def test_a_wall_of_triangles_keeps_its_interfaces(tmp_path, wall, name, write):
 
 
 def test_obj_keeps_blocks_to_the_last_digit(tmp_path, wall):
-    path = bs.imports.write_obj(tmp_path / "wall.obj", moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)))
+    wall = moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3))
+    path = bs.imports.write_obj(tmp_path / "wall.obj", wall)
     found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=["base"])
-    for a, b in zip(found.blocks, moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)), strict=True):
+    for a, b in zip(found.blocks, wall, strict=True):
         assert (a.name, a.fixed) == (b.name, b.fixed)
         assert a.shape.vertices.tolist() == b.shape.vertices.tolist()
         assert a.shape.faces == b.shape.faces
@@ -117,8 +115,7 @@ def test_a_hole_keeps_its_triangles(tmp_path):
     holes = [tuple(8 + j for j in side[::-1]) for side in sides]
     ends = [(i + 4, (i + 1) % 4 + 4, (i + 1) % 4 + 12, i + 12) for i in range(4)]
     ends += [((i + 1) % 4, i, i + 8, (i + 1) % 4 + 8) for i in range(4)]
-    path = saved(tmp_path, "tube.obj", obj_text(outer + inner, fans(sides + holes + ends)))
-    (tube,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
+    (tube,) = read(tmp_path, "tube.obj", obj_text(outer + inner, fans(sides + holes + ends))).blocks
     assert tube.volume == pytest.approx(8)
     assert sorted(map(len, tube.shape.faces)) == [3] * 16 + [4] * 8
 
@@ -197,8 +194,7 @@ def test_statements_without_faces_are_reported(tmp_path):
 @pytest.mark.parametrize("name", ["a.obj", "a.ply"])
 def test_vertices_without_faces_are_reported(tmp_path, name):
     # What is left of a second body after its faces were lost.
-    block = bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
-    ply = ply_text([block]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
+    ply = ply_text([box("b", [0, 0, 0])]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
     text = obj_text([*CUBE, (5, 5, 5)]) if name == "a.obj" else ply
     with pytest.warns(bs.errors.GeometryWarning, match="left out: 1 vertex of no face"):
         assert len(read(tmp_path, name, text).blocks) == 1
@@ -206,7 +202,7 @@ def test_vertices_without_faces_are_reported(tmp_path, name):
 
 def test_solids_of_an_stl_file_keep_any_names(tmp_path):
     names = ["Solid_1", "Solid_2", "arch solid 3", "endsolid", "facet vertex 5", "-6 %"]
-    blocks = [bs.Block.box(n, Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), STONE) for k, n in enumerate(names)]
+    blocks = [box(n, [0, 0, k]) for k, n in enumerate(names)]
     text = ascii_stl(blocks).replace("facet normal", "\tFACET\tnormal").replace("\n", "\r\n")
     found = read(tmp_path, "a.stl", "\ufeff" + text)
     assert [(b.name, b.centroid[2]) for b in found.blocks] == [(n, k + 0.5) for k, n in enumerate(names)]
@@ -216,11 +212,10 @@ def test_solids_of_an_stl_file_keep_any_names(tmp_path):
 @pytest.mark.parametrize("name", ["a.stl", "a.ply"])
 @pytest.mark.parametrize(("east", "told"), [(500, False), (512_345.67, True)])
 def test_large_coordinates_in_single_precision_give_a_warning(tmp_path, name, east, told):
-    block = bs.Block.box("a", Q_([east, 0, 0], "m"), Q_([0.37, 0.3, 0.21], "m"), STONE)
+    block = box("a", [east, 0, 0], [0.37, 0.3, 0.21])
     content = stl_bytes([block]) if name == "a.stl" else ply_text([block]).replace("double", "float")
-    path = saved(tmp_path, name, content)
     with pytest.warns(bs.errors.GeometryWarning, match=r"rounds .* by up to 0.0156 m \(a\)") if told else nullcontext():
-        (found,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
+        (found,) = read(tmp_path, name, content).blocks
     width = np.ptp(found.shape.vertices[:, 0])
     assert abs(width - 0.37) > 1e-3 if told else width == pytest.approx(0.37, abs=1e-4)
 
@@ -231,16 +226,14 @@ def test_a_hash_in_a_word_is_part_of_a_name(tmp_path):
         f"{name}\n" + obj_text([(x + at, y, z) for x, y, z in CUBE], shifted(QUADS, 8 * k))
         for k, (name, at) in enumerate([("o pier#2", 4), ("o pier#1 # of two", 0), ("o \\\nbeam#a b", 2)])
     )
-    path = saved(tmp_path, "piers.obj", text)
-    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=["pier#2"])
+    found = read(tmp_path, "piers.obj", text, fixed=["pier#2"])
     assert {b.name: float(b.centroid[0]) for b in found.blocks} == pytest.approx(
         {"pier#2": 4.5, "pier#1": 0.5, "beam#a b": 2.5}
     )
     assert (found.report.supports, found.report.repairs) == (("pier#2",), ())
-    again = bs.imports.write_obj(tmp_path / "again.obj", found.blocks)
-    assert [b.name for b in bs.imports.read_mesh(again, unit="m", material=STONE).blocks] == [
-        b.name for b in found.blocks
-    ]
+    written = bs.imports.write_obj(tmp_path / "again.obj", found.blocks)
+    again = bs.imports.read_mesh(written, unit="m", material=STONE)
+    assert [b.name for b in again.blocks] == [b.name for b in found.blocks]
 
 
 @pytest.mark.parametrize(
@@ -290,47 +283,43 @@ def test_the_lowest_blocks_are_within_a_height(tmp_path):
         f"o c{k}\n" + obj_text([(x + 2 * k, y, z + lift) for x, y, z in CUBE], [[i + 8 * k for i in f] for f in QUADS])
         for k, lift in enumerate((0, 0.02, 0.08, 1))
     )
-    path = saved(tmp_path, "cubes.obj", text)
-    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed="lowest")
+    found = read(tmp_path, "c.obj", text, fixed="lowest")
     assert found.report.supports == ("c0",)
     assert "2 more blocks reach down to within 0.08 m of the lowest level and are free" in str(found.report)
-    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=["lowest 3 cm", "c3"])
+    (note,) = found.report.notes
+    found = read(tmp_path, "c.obj", text, fixed=["lowest 3 cm", "c3"])
     assert found.report.supports == ("c0", "c1", "c3")
     assert "1 more block reaches down to within 0.08 m of the lowest level and is free" in str(found.report)
-    (note,) = bs.imports.read_mesh(path, unit="m", material=STONE, fixed="lowest").report.notes
-    wider = note.partition("fix '")[2].partition("'")[0]
-    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=wider)
+    found = read(tmp_path, "c.obj", text, fixed=note.partition("fix '")[2].partition("'")[0])
     assert (found.report.supports, found.report.notes) == (("c0", "c1", "c2"), ())
 
 
 @pytest.mark.parametrize("name", ["lowest", "lowest 3 cm"])
 def test_a_block_named_as_the_keyword_is_refused(tmp_path, name):
     text = "o base\n" + obj_text() + f"o {name}\n" + obj_text([(x, y, z + 1) for x, y, z in CUBE], shifted(QUADS))
-    path = saved(tmp_path, "a.obj", text)
     for fixed in (name, [name], ["base", name]):
         with pytest.raises(bs.errors.ModelError, match=f"fixed is '{name}'.* block"):
-            bs.imports.read_mesh(path, unit="m", material=STONE, fixed=fixed)
+            read(tmp_path, "a.obj", text, fixed=fixed)
     for fixed in (["base"], "lowest 1 cm"):
-        assert bs.imports.read_mesh(path, unit="m", material=STONE, fixed=fixed).report.supports == ("base",)
+        assert read(tmp_path, "a.obj", text, fixed=fixed).report.supports == ("base",)
 
 
 @pytest.mark.parametrize("exclude", [["two"], "t*", ["t*o"]])
 def test_blocks_are_excluded_before_the_checks(tmp_path, exclude):
     text = "o one\n" + obj_text() + "o two\n" + obj_text(CUBE, shifted(QUADS[:-1]))
-    path = saved(tmp_path, "a.obj", text)
-    found = bs.imports.read_mesh(path, unit="m", material=STONE, exclude=exclude)
+    found = read(tmp_path, "a.obj", text, exclude=exclude)
     assert [b.name for b in found.blocks] == ["one"]
     assert "excluded as asked: two" in str(found.report)
     with pytest.raises(bs.errors.UnknownNameError, match=r"'three'.*one, two"):
-        bs.imports.read_mesh(path, unit="m", material=STONE, exclude=["three"])
+        read(tmp_path, "a.obj", text, exclude=["three"])
 
 
 @pytest.mark.parametrize(("up", "height"), [("x", 1), ("y", 2), ("z", 3)])
 def test_the_vertical_axis_becomes_z(tmp_path, up, height):
     # A wedge, so that a mirror image would not pass for it.
     corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)]
-    path = saved(tmp_path, "a.obj", obj_text(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
-    (block,) = bs.imports.read_mesh(path, unit="m", material=STONE, up=up).blocks
+    text = obj_text(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    (block,) = read(tmp_path, "a.obj", text, up=up).blocks
     assert np.ptp(block.shape.vertices[:, 2]) == height
     assert block.volume == pytest.approx(1)
     top = block.shape.vertices[np.argmax(block.shape.vertices[:, 2])]
@@ -338,7 +327,7 @@ def test_the_vertical_axis_becomes_z(tmp_path, up, height):
     axis = {"x": 1, "y": 0, "z": 0}[up]  # of the file, that is x of the model
     assert np.ptp(block.shape.vertices[:, 0]) == axis + 1
     with pytest.raises(bs.errors.ModelError, match="up is 'w'"):
-        bs.imports.read_mesh(path, unit="m", material=STONE, up="w")
+        read(tmp_path, "a.obj", text, up="w")
 
 
 @pytest.mark.parametrize(
@@ -352,9 +341,8 @@ def test_the_vertical_axis_becomes_z(tmp_path, up, height):
     ],
 )
 def test_unlikely_sizes_are_warned_of(tmp_path, size, unit, expected):
-    path = saved(tmp_path, "block.obj", obj_text(np.array(CUBE) * size))
     with pytest.warns(bs.errors.GeometryWarning, match=expected):
-        bs.imports.read_mesh(path, unit=unit, material=STONE)
+        read(tmp_path, "block.obj", obj_text(np.array(CUBE) * size), unit=unit)
 
 
 def test_obj_refuses_existing_files_and_names_that_it_cannot_store(tmp_path, wall):
@@ -362,8 +350,7 @@ def test_obj_refuses_existing_files_and_names_that_it_cannot_store(tmp_path, wal
     with pytest.raises(bs.errors.StorageError, match=r"wall\.obj"):
         bs.imports.write_obj(path, wall)
     for name in ("a  b", "a #b", "#a", "a\\"):
-        odd = bs.Block.box(name, Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
         with pytest.raises(bs.errors.ModelError, match="OBJ"):
-            bs.imports.write_obj(tmp_path / "odd.obj", [odd])
+            bs.imports.write_obj(tmp_path / "odd.obj", [box(name, [0, 0, 0])])
     with pytest.raises(bs.errors.ModelError, match=r"none\.obj"):
         bs.imports.write_obj(tmp_path / "none.obj", [])

@@ -7,6 +7,7 @@ import pytest
 
 import blockstruct as bs
 import meshes
+import structures
 from blockstruct import Q_
 from blockstruct.geometry.polyhedron import polyhedron
 from refusals import refused
@@ -20,7 +21,7 @@ GEOMETRY, UNKNOWN = bs.errors.GeometryError, bs.errors.UnknownNameError
 
 
 def box(name, x=0.0, z=0.0, fixed=False):
-    return bs.Block.box(name, Q_([x, 0, z], "m"), Q_([1, 1, 1], "m"), STONE, fixed=fixed)
+    return structures.box(name, [x, 0, z], fixed=fixed)
 
 
 def settings(**values):
@@ -258,10 +259,7 @@ def test_interfaces_must_fit_their_blocks(polygons, words):
 @pytest.mark.parametrize(("tip", "fits"), [(0.06, False), (0.01, False), (0.002, True)])
 def test_the_limit_of_a_spike_is_relative_to_the_width_of_the_joint(tip, fits):
     """5 m × 0.3 m: with 60 mm more the lever across it would be 0.21 m and not 0.15 m."""
-    blocks = [
-        bs.Block.box(name, Q_([0, 0, z], "m"), Q_([5, 0.3, 1], "m"), STONE, fixed=z == 0)
-        for z, name in enumerate(("a", "b"))
-    ]
+    blocks = [structures.box(name, [0, 0, z], [5, 0.3, 1], fixed=z == 0) for z, name in enumerate("ab")]
     spike = [[2.51, 0.3, 1], [2.5, 0.3 + tip, 1], [2.49, 0.3, 1]]
     joint = interface([[0, 0, 1], [5, 0, 1], [5, 0.3, 1], *spike, [0, 0.3, 1]])
     if fits:

@@ -5,16 +5,17 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from structures import push, solve
 from warped import STONE, warped_vault
 
 DRY = bs.JointMaterial("dry", 0.7)
-GROUND = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([4, 3, 1], "m"), STONE, fixed=True)
+GROUND = structures.box("ground", [-1, -1, -1], [4, 3, 1], fixed=True)
 
 
 def box(name, origin, size=(0.3, 0.3, 0.3), *, fixed=False):
-    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
+    return structures.box(name, origin, size, fixed=fixed)
 
 
 def test_penetration_within_the_tolerance_of_detection_is_accepted():
@@ -66,7 +67,7 @@ def test_deviation_of_a_face_from_its_mean_plane_is_not_an_overlap():
     warped[6, 2] += 0.02
     big = bs.Block.from_faces("big", Q_(warped, "m"), GROUND.shape.faces, STONE)
     small = [box(f"{x}{y}", [x, y, 3.0]) for x in (0, 2.7) for y in (0, 2.7)]
-    base = bs.Block.box("base", Q_([-1, -1, -1], "m"), Q_([5, 5, 1], "m"), STONE, fixed=True)
+    base = box("base", [-1, -1, -1], [5, 5, 1], fixed=True)
     found = bs.detect_interfaces([base, big, *small], DRY, "1.6 cm")
     assert found.report.overlaps == ()
     assert found.report.accepted == 5

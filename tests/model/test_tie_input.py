@@ -164,9 +164,8 @@ def test_segments_contain_the_whole_cross_section():
 
 @pytest.mark.parametrize("degrees", [7, 13, 40])
 def test_a_bar_in_rounded_head_joints_of_a_turned_wall_is_not_bonded_to_their_blocks(tuff, degrees):
-    wall = bs.courses(
-        [[1, 1], [0.5, 1, 0.5], [1, 1]], unit_length="0.4 m", unit_height="0.2 m", thickness="0.3 m", material=tuff
-    )
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
+    wall = bs.courses([[1, 1], [0.5, 1, 0.5], [1, 1]], **size, material=tuff)
     R = rotation((0, 0, 1), np.radians(degrees))
     blocks = moved(wall, R)
     x, y, _ = np.round(R @ (0.4, 0.15, 0), 3)

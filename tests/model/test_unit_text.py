@@ -81,10 +81,7 @@ PUSHOVER = bs.Pushover("p", PATTERN, PATTERN, control=("b", "+x"), corner_roundi
     [
         (STONE, "Material('tuff', unit_weight=12 kN/m³, source='a test')"),
         (LIME, "JointMaterial('lime', friction_coefficient=0.57735, dilatancy_angle=5°, compressive_strength=4 MPa)"),
-        (
-            bs.PointLoad("b", POINT, "[0, 0, -2500] N"),
-            "PointLoad(block='b', point=(0, 0, 3) m, force=(0, 0, -2.5) kN)",
-        ),
+        (bs.PointLoad("b", POINT, "[0, 0, -2500] N"), "PointLoad(block='b', point=(0, 0, 3) m, force=(0, 0, -2.5) kN)"),
         (bs.Weight("b", POINT, "8 kN", 0.5), "Weight(block='b', point=(0, 0, 3) m, weight=8 kN, mass_share=0.5)"),
         (bs.FaceLoad("b", 1, pressure="-300 Pa"), "FaceLoad(block='b', face=1, pressure=-300 Pa)"),
         (BAR, "Tie('t', start=('b', (0, 0, 3) m), end=('c', (4, 0, 3) m), yield_force=40 kN)"),

@@ -4,6 +4,7 @@ import pytest
 
 import blockstruct as bs
 from refusals import refused
+from structures import box
 
 A, B, LOW, HIGH = ["0 m", "0 m", "2 m"], ["1 m", "1 m", "2 m"], ["0 m", "0 m", "1 m"], ["0 m", "0 m", "3 m"]
 MODEL, FILL = bs.errors.ModelError, "18 kN/m^3"
@@ -45,8 +46,7 @@ def test_refused_loads(error, words, make):
 
 
 def test_the_face_towards_a_direction():
-    stone = bs.Material("stone", "20 kN/m^3")
-    block = bs.Block.box("b", ["0 m", "0 m", "0 m"], ["1 m", "1 m", "1 m"], stone)
+    block = box("b", [0, 0, 0])
     assert [block.face_towards(d) for d in ("-z", "+z", "-y", "+x", "+y", "-x")] == list(range(6))
     with refused(bs.errors.GeometryError, "'b' face 4 36.9 degrees"):
         block.face_towards((0.6, 0.8, 0))

@@ -9,25 +9,22 @@ from blockstruct import Q_
 from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block, solve
+from structures import SELF_WEIGHT, STONE, box, extruded, model_of, moved, push, rotation, single_block, solve
 
-PATH = {"procedure": "loading path"}
+PATH, STEPS = {"procedure": "loading path"}, ("splitting", "interior point")
 ROWS = [[1, 1], [0.5, 1, 0.5], [1, 1]]
 
 
 @pytest.fixture(scope="module")
 def corner(tuff):
     """A wall of three courses with a return, bonded: pushed away from it, the courses slide out of one another."""
+    size = {"length": "1.2 m", "unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
     sides = [bs.structures.Sidewall("left", "0 m", "0.8 m", bonded=True)]
-    return bs.wall(
-        length="1.2 m",
-        courses=4,
-        unit_length="40 cm",
-        unit_height="20 cm",
-        thickness="20 cm",
-        sidewalls=sides,
-        material=tuff,
-    )
+    return bs.wall(**size, courses=4, sidewalls=sides, material=tuff)
+
+
+def along_path(model, load, **settings):
+    return solve(model, load, "nonassociative", **PATH, **settings)
 
 
 def exact(result):
@@ -40,48 +37,39 @@ def exact(result):
 
 @pytest.mark.parametrize(("b", "h", "mu"), [(0.3, 1.0, 0.65), (1.0, 0.6, 0.4)], ids=["rocks", "slides"])
 def test_single_block(b, h, mu):
-    blocks, joint = single_block(b, h, mu=mu)
-    found = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative", **PATH)
+    found = along_path(model_of(*single_block(b, h, mu=mu)), push(1, 0, 0))
     assert exact(found) == pytest.approx(min(b / h, mu), rel=1e-5)
 
 
 def test_a_block_that_is_lifted_leaves_no_force():
-    blocks, joint = single_block(0.4, 1.0, mu=0.5)
-    assert exact(solve(model_of(blocks, joint), push(0, 0, 1), "nonassociative", **PATH)) == pytest.approx(1, rel=1e-6)
+    assert exact(along_path(model_of(*single_block(0.4, 1.0, mu=0.5)), push(0, 0, 1))) == pytest.approx(1, rel=1e-6)
 
 
 def test_a_block_without_friction_slides_at_once():
-    blocks, joint = single_block(0.4, 1.0, mu=0.0)
-    found = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative", **PATH)
+    found = along_path(model_of(*single_block(0.4, 1.0, mu=0.0)), push(1, 0, 0))
     assert found.status == "converged"
     assert found.load_factor == pytest.approx(0, abs=1e-5)
 
 
-def test_stack(tuff, dry):
-    blocks = [bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), tuff, fixed=True)]
-    blocks += [bs.Block.box(f"b{k}", Q_([0, 0, 0.5 * k], "m"), Q_([0.4, 0.6, 0.5], "m"), tuff) for k in range(4)]
-    found = solve(model_of(blocks, dry), push(1, 0, 0), "nonassociative", **PATH)
-    assert exact(found) == pytest.approx(0.4 / 2.0, rel=1e-5)
+def test_stack(dry):
+    blocks = [box("ground", [-1, -1, -1], [3, 3, 1], fixed=True)]
+    blocks += [box(f"b{k}", [0, 0, 0.5 * k], [0.4, 0.6, 0.5]) for k in range(4)]
+    assert exact(along_path(model_of(blocks, dry), push(1, 0, 0))) == pytest.approx(0.4 / 2.0, rel=1e-5)
+
+
+WEAK = bs.JointMaterial("joint", 0.8, compressive_strength=Q_(100, "kPa"))
 
 
 def test_crushing_block():
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.3, 1, 1], "m"), stone)
-    joint = bs.JointMaterial("joint", 0.8, compressive_strength=Q_(100, "kPa"))
-    found = solve(model_of([ground, block], joint), push(1, 0, 0), "nonassociative", **PATH)
+    found = along_path(model_of(single_block(0.3, 1.0)[0], WEAK), push(1, 0, 0))
     # W / (f_c b t) = 20 kPa / 100 kPa
     assert exact(found) == pytest.approx(0.3 * (1 - 0.2), rel=1e-5)
 
 
 def test_block_that_crushes_at_a_corner():
     """Pushed along the diagonal of its square base: ``(b − α h / √2)² = W / f_c`` with the biaxial interaction."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.3, 0.3, 1], "m"), stone)
-    joint = bs.JointMaterial("joint", 0.8, compressive_strength=Q_(100, "kPa"))
-    diagonal = push(0.5**0.5, 0.5**0.5, 0)
-    found = solve(model_of([ground, block], joint), diagonal, "nonassociative", crushing_interaction="biaxial", **PATH)
+    model, diagonal = model_of(single_block(0.3, 1.0, 0.3)[0], WEAK), push(0.5**0.5, 0.5**0.5, 0)
+    found = along_path(model, diagonal, crushing_interaction="biaxial")
     # W / f_c = 20 kN/m³ · 0.09 m³ / 100 kPa
     assert exact(found) == pytest.approx(2**0.5 * (0.3 - 0.018**0.5), rel=1e-5)
 
@@ -92,13 +80,10 @@ def test_block_that_crushes_in_cells():
     Nothing slides, so that forces and load factor are those of the associative program.
     """
     B, D, h, share = 0.6, 0.5, 0.8, 0.25
-    stone = bs.Material("stone", "20 kN/m^3")
-    vertices = [(x, y, z) for z in (0, h) for x, y in [(0, -B / 2), (D, 0), (0, B / 2)]]
-    faces = [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
-    wedge = bs.Block.from_faces("wedge", Q_(vertices, "m"), faces, stone)
-    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
+    wedge = extruded("wedge", [(0, -B / 2), (D, 0), (0, B / 2)], 0, h)
+    ground = box("ground", [-1, -1, -1], [3, 3, 1], fixed=True)
     model = model_of([ground, wedge], bs.JointMaterial("soft", 0.9, compressive_strength=Q_(20e3 * h / share, "Pa")))
-    found = exact(solve(model, push(1, 0, 0), "nonassociative", crushing_cells=256, **PATH))
+    found = exact(along_path(model, push(1, 0, 0), crushing_cells=256))
     # The stressed tip of length d has the area B d² / (2 D) = W / f_c, the weight stands at D / 3.
     d = D * share**0.5
     assert found == pytest.approx(solve(model, push(1, 0, 0), crushing_cells=256).load_factor, rel=1e-5)
@@ -106,11 +91,10 @@ def test_block_that_crushes_in_cells():
 
 
 def test_arch_has_its_associative_load_factor():
-    stone = bs.Material("limestone", unit_weight=Q_(25, "kN/m^3"))
-    blocks = bs.arch(span=Q_(18.8, "m"), thickness=Q_(1.2, "m"), depth=Q_(1, "m"), voussoirs=27, material=stone)
+    blocks = bs.arch(span="18.8 m", thickness="1.2 m", depth="1 m", voussoirs=27, material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", 0.6))
     bound = solve(model, push(1, 0, 0)).load_factor
-    assert exact(solve(model, push(1, 0, 0), "nonassociative", **PATH)) == pytest.approx(bound, rel=1e-5)
+    assert exact(along_path(model, push(1, 0, 0))) == pytest.approx(bound, rel=1e-5)
 
 
 def test_dilatancy_of_the_friction_angle_is_associative(tuff):
@@ -118,48 +102,43 @@ def test_dilatancy_of_the_friction_angle_is_associative(tuff):
     blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, dilatant)
     bound = solve(model, push(1, 0, 0)).load_factor
-    assert exact(solve(model, push(1, 0, 0), "nonassociative", **PATH)) == pytest.approx(bound, rel=1e-4)
+    assert exact(along_path(model, push(1, 0, 0))) == pytest.approx(bound, rel=1e-4)
+
+
+MORTAR, CRUSHES = {"cohesion": "0.5 kPa", "tensile_strength": "0.3 kPa"}, {"compressive_strength": "60 kPa"}
 
 
 @pytest.mark.parametrize(
-    "joint",
-    [
-        bs.JointMaterial("partly dilatant", 0.65, dilatancy_angle="15 deg"),
-        bs.JointMaterial("mortar", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa"),
-        bs.JointMaterial("weak", 0.65, compressive_strength="60 kPa"),
-        bs.JointMaterial(
-            "weak mortar", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa", compressive_strength="60 kPa"
-        ),
-    ],
-    ids=lambda j: j.name,
+    "strengths",
+    [{"dilatancy_angle": "15 deg"}, MORTAR, CRUSHES, MORTAR | CRUSHES],
+    ids=["partly dilatant", "mortar", "weak", "weak mortar"],
 )
-def test_every_joint_is_certified_below_the_bound(corner, joint):
-    model = model_of(corner, joint)
+def test_every_joint_is_certified_below_the_bound(corner, strengths):
+    model = model_of(corner, bs.JointMaterial("joint", 0.65, **strengths))
     bound = solve(model, push(0, -1, 0), crushing_cells=16).load_factor
-    found = exact(solve(model, push(0, -1, 0), "nonassociative", crushing_cells=16, **PATH))
+    found = exact(along_path(model, push(0, -1, 0), crushing_cells=16))
     assert 0.5 * bound < found <= bound * (1 + 1e-6)
 
 
 def test_the_number_does_not_depend_on_steps_stiffness_or_frame(corner, dry):
     model = model_of(corner, dry)
-    load_factor = exact(solve(model, push(0, -1, 0), "nonassociative", **PATH))
+    load_factor = exact(along_path(model, push(0, -1, 0)))
     others = [{"path_step": 0.5, "path_growth": 3.0}, {"shear_stiffness_ratio": 0.2}, {"shear_stiffness_ratio": 1.0}]
     for settings in others:
-        other = exact(solve(model, push(0, -1, 0), "nonassociative", **PATH, **settings))
+        other = exact(along_path(model, push(0, -1, 0), **settings))
         # Of so few blocks, and bonded, a tenth of the resistance hangs on how the dead load presses the joints.
         assert other == pytest.approx(load_factor, rel=1.5e-2)
 
     turned = moved(corner, R := rotation((1, 2, 3), 0.7), (5, -3, 2))
     gravity = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
-    other = solve(model_of(turned, dry), push(*(R @ [0, -1, 0])), "nonassociative", gravity, **PATH)
+    other = along_path(model_of(turned, dry), push(*(R @ [0, -1, 0])), dead=gravity)
     assert exact(other) == pytest.approx(load_factor, rel=1e-2)
 
-    renumbered = solve(model_of(corner[::-1], dry), push(0, -1, 0), "nonassociative", **PATH)
-    assert exact(renumbered) == pytest.approx(load_factor, rel=1e-2)
+    assert exact(along_path(model_of(corner[::-1], dry), push(0, -1, 0))) == pytest.approx(load_factor, rel=1e-2)
 
 
 def test_displacement_is_in_the_history(small_model):
-    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    result = along_path(small_model, push(1, 0, 0))
     d = result.history.displacement
     path = result.history["stage"].to_numpy() == "loading_path"
     assert d.units == "dimensionless"
@@ -176,7 +155,7 @@ def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
 
     def path(stiffness):
         joint = bs.JointMaterial("lime", 0.65, normal_stiffness=stiffness, shear_stiffness=0.4 * stiffness)
-        history = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative", **PATH).history
+        history = along_path(model_of(blocks, joint), push(1, 0, 0)).history
         return history.where(history["stage"] == "loading_path", drop=True)
 
     soft, stiff = path(Q_(1, "MPa/mm")), path(Q_(10, "MPa/mm"))
@@ -199,15 +178,12 @@ def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
 def test_displacement_is_that_of_the_points_where_the_load_acts(loads, carried):
     # A block of 1 m on its four corners, k A / 4 each: forces F_i at heights z_i move it by F / k_t, and turn it by
     # sum(F_i z_i) / (k_n A (b / 2)^2).
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
     joint = bs.JointMaterial("joint", 0.8, normal_stiffness="2 GPa/m", shear_stiffness="1 GPa/m")
-    model = model_of([ground, block], joint)
+    model = model_of(single_block(1.0, 1.0)[0], joint)
     dead, variable = bs.LoadPattern("dead", [bs.SelfWeight(), *carried]), bs.LoadPattern("push", loads)
     acts = bs.results.applied_loads(model, variable, dead)
     F, z = acts.force[acts.block == 1, 0], acts.point[acts.block == 1, 2]
-    history = solve(model, variable, "nonassociative", dead, **PATH, path_step=0.05).history
+    history = along_path(model, variable, dead=dead, path_step=0.05).history
     first = history.where(history["stage"] == "loading_path", drop=True).isel(iteration=1)
     moves = F.sum() / 1e9 + z * (F @ z) / 0.5e9
     expected = float(first.load_factor) * (F @ moves) / F.sum()
@@ -259,22 +235,22 @@ def test_a_state_under_dead_load_that_is_found_slowly_is_found(tuff):
 )
 def test_steps_of_the_other_kind_finish_a_path(corner, dry, monkeypatch, steps, failing):
     model = model_of(corner, dry)
-    expected = exact(solve(model, push(1, 0, 0), "nonassociative", path_steps=steps, **PATH))
+    expected = exact(along_path(model, push(1, 0, 0), path_steps=steps))
     monkeypatch.setattr(f"blockstruct.procedures.loading_path.{failing[0]}", failing[1])
-    result = solve(model, push(1, 0, 0), "nonassociative", path_steps=steps, **PATH)
+    result = along_path(model, push(1, 0, 0), path_steps=steps)
     assert (result.outcome.path_end, result.settled) == (bs.vocabulary.PathEnd.CLOSED, True)
     assert exact(result) == pytest.approx(expected, rel=5e-3)
 
 
 def test_half_steps_finish_a_path(small_model, monkeypatch):
-    expected = exact(solve(small_model, push(1, 0, 0), "nonassociative", **PATH))
+    expected = exact(along_path(small_model, push(1, 0, 0)))
     advance = SplittingPath.advance
 
     def only_half_steps(path, bound):
         return advance(path, bound) if path._first < 0.5 else None
 
     monkeypatch.setattr(SplittingPath, "advance", only_half_steps)
-    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    result = along_path(small_model, push(1, 0, 0))
     first = result.history.displacement.to_numpy()[result.history["stage"].to_numpy() == "loading_path"][2]
     assert first == pytest.approx(0.25)
     assert exact(result) == pytest.approx(expected, rel=5e-3)
@@ -284,7 +260,7 @@ def test_half_steps_finish_a_path(small_model, monkeypatch):
 def test_fictitious_conditions_stand_in_where_no_path_finishes(small_model, monkeypatch):
     for name, nothing in (NO_STEP, NO_EXACT_STEP):
         monkeypatch.setattr(f"blockstruct.procedures.loading_path.{name}", nothing)
-    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    result = along_path(small_model, push(1, 0, 0))
     assert result.status == "converged"
     assert (result.outcome.path_end, result.outcome.stands_in) == (bs.vocabulary.PathEnd.STEP_NOT_SOLVED, True)
     assert not result.settled
@@ -295,9 +271,8 @@ def two_blocks_in_turn(ratio):
 
     Friction of 0.5 under two blocks of 10 kN each, and a load of 10 kN on the first one.
     """
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([4, 3, 0.5], "m"), stone, fixed=True)
-    a, b = (bs.Block.box(n, Q_([x, 0, 0], "m"), Q_([1, 1, 0.5], "m"), stone) for n, x in (("a", 0), ("b", 1)))
+    ground = box("ground", [-1, -1, -0.5], [4, 3, 0.5], fixed=True)
+    a, b = (box(n, [x, 0, 0], [1, 1, 0.5]) for n, x in (("a", 0), ("b", 1)))
     soft, stiff = (
         bs.JointMaterial(n, 0.5, normal_stiffness="10 GPa/m", shear_stiffness=Q_(k, "GPa/m"))
         for n, k in (("soft", 4 * ratio), ("stiff", 4))
@@ -308,16 +283,14 @@ def two_blocks_in_turn(ratio):
 
 @pytest.mark.parametrize("ratio", [1e-2, 2e-4])
 def test_a_load_factor_that_rises_after_a_plateau_is_followed_to_its_end(ratio):
-    model, variable = two_blocks_in_turn(ratio)
-    result = solve(model, variable, "nonassociative", **PATH)
+    result = along_path(*two_blocks_in_turn(ratio))
     assert exact(result) == pytest.approx(1.0, rel=1e-5)
     assert result.settled
 
 
 def test_a_closed_state_that_is_not_that_of_the_path_is_not_its_end():
     """The load factor stays within 0.5 % of 0.5 for a decade, where the rigid structure carries twice as much."""
-    model, variable = two_blocks_in_turn(2e-4)
-    history = solve(model, variable, "nonassociative", **PATH).history
+    history = along_path(*two_blocks_in_turn(2e-4)).history
     stages, alpha = history["stage"].to_numpy().tolist(), history.load_factor.to_numpy()
     closed = stages.index("admissible")
     assert alpha[closed - 2] == pytest.approx(0.5, rel=1e-2)
@@ -325,10 +298,10 @@ def test_a_closed_state_that_is_not_that_of_the_path_is_not_its_end():
     assert stages[closed + 1] == "loading_path"
 
 
-@pytest.mark.parametrize("steps", ["splitting", "interior point"])
+@pytest.mark.parametrize("steps", STEPS)
 def test_a_load_factor_that_never_settles_is_no_number(corner, dry, monkeypatch, steps):
     monkeypatch.setattr("blockstruct.procedures.path.FURTHEST", 2.0)
-    result = solve(model_of(corner, dry), push(0, -1, 0), "nonassociative", path_steps=steps, **PATH)
+    result = along_path(model_of(corner, dry), push(0, -1, 0), path_steps=steps)
     assert result.status == "not_converged"
     assert np.isnan(result.load_factor)
     assert (result.outcome.reason, result.outcome.path_end) == (
@@ -342,17 +315,15 @@ def test_a_load_factor_that_never_settles_is_no_number(corner, dry, monkeypatch,
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_a_block_that_jams_carries_any_load():
     """Pressed against a fixed jamb at 11°, below the friction angle, it never slides."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([4, 3, 0.5], "m"), stone, fixed=True)
-    jamb = bs.Block.box("jamb", Q_([1, 0, 0], "m"), Q_([0.5, 1, 0.5], "m"), stone, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), stone)
+    blocks, joint = single_block(1.0, 0.5, mu=0.6)
+    jamb = box("jamb", [1, 0, 0], [0.5, 1, 0.5], fixed=True)
     direction = np.array([1, 0.2, 0]) / np.hypot(1, 0.2)
-    result = solve(model_of([ground, block, jamb], bs.JointMaterial("dry", 0.6)), push(*direction), "nonassociative")
+    result = solve(model_of([*blocks, jamb], joint), push(*direction), "nonassociative")
     assert (result.status, result.outcome.reason) == ("unbounded", bs.vocabulary.Reason.GROWS_WITHOUT_LIMIT)
 
 
 def test_drift_is_the_range_of_the_last_load_factors(corner, dry):
-    result = solve(model_of(corner, dry), push(0, -1, 0), "nonassociative", **PATH)
+    result = along_path(model_of(corner, dry), push(0, -1, 0))
     path = result.history["stage"].to_numpy() == "loading_path"
     s, alpha = result.history.displacement.to_numpy()[path], result.history.load_factor.to_numpy()[path]
     last = [*alpha[10 * s >= s[-1]], result.load_factor]
@@ -360,13 +331,10 @@ def test_drift_is_the_range_of_the_last_load_factors(corner, dry):
     assert max(last) - min(last) <= 1e-2 * result.load_factor
 
 
-def test_a_structure_that_falls_by_itself_is_told_so(tuff):
-    ground = bs.Block.box("ground", Q_([0, 0, -0.5], "m"), Q_([1, 1, 0.5], "m"), tuff, fixed=True)
-    block = bs.Block.box("block", Q_([0.8, 0, 0], "m"), Q_([1, 1, 0.3], "m"), tuff)
-    joint = bs.JointMaterial("joint", 0.65)
-    model = model_of([ground, block], joint)
-    result = solve(model, push(1, 0, 0), "nonassociative", **PATH)
-    assert result.status == "unstable_under_dead_load"
+def test_a_structure_that_falls_by_itself_is_told_so(dry):
+    ground, block = box("ground", [0, 0, -0.5], [1, 1, 0.5], fixed=True), box("block", [0.8, 0, 0], [1, 1, 0.3])
+    model = model_of([ground, block], dry)
+    assert along_path(model, push(1, 0, 0)).status == "unstable_under_dead_load"
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
     program = ConicProgram(LimitProblem.of(Statics.of(model), case), settings := bs.ProcedureSettings())
     assert SplittingPath(program, settings).dead_load is None
@@ -378,18 +346,12 @@ def test_two_leaves_with_a_collar_between_each_alone_and_the_bound():
     Each leaf alone rocks at thickness over height, 0.1. Leaves that part as they slide along the collar press on each
     other as they tilt, and carry 0.1273.
     """
-    stone = bs.Material("stone", "20 kN/m^3")
-
-    def leaf(name, y):
-        return [bs.Block.box(f"{name}{k}", Q_([0, y, 0.2 * k], "m"), Q_([1, 0.2, 0.2], "m"), stone) for k in range(10)]
-
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
-    joint = bs.JointMaterial("joint", 0.7)
-    alone = solve(model_of([ground, *leaf("a", 0.0)], joint), push(0, 1, 0), "nonassociative", **PATH)
-    assert exact(alone) == pytest.approx(0.1, rel=1e-5)
-    both = model_of([ground, *leaf("a", 0.0), *leaf("b", 0.2)], joint)
+    ground, joint = box("ground", [-1, -1, -0.5], [3, 3, 0.5], fixed=True), bs.JointMaterial("joint", 0.7)
+    one, other = ([box(f"{y}.{k}", [0, y, 0.2 * k], [1, 0.2, 0.2]) for k in range(10)] for y in (0, 0.2))
+    assert exact(along_path(model_of([ground, *one], joint), push(0, 1, 0))) == pytest.approx(0.1, rel=1e-5)
+    both = model_of([ground, *one, *other], joint)
     bound = solve(both, push(0, 1, 0)).load_factor
-    result = solve(both, push(0, 1, 0), "nonassociative", **PATH)
+    result = along_path(both, push(0, 1, 0))
     # The dead load presses nothing across the collar, and friction without dilatancy brings no pressure of its own: of
     # the 27 % that dilatant joints would add, nothing is left.
     dead = result.history.isel(iteration=int(np.flatnonzero(result.history["stage"] == "loading_path")[0]))
@@ -442,11 +404,8 @@ def test_a_load_factor_that_drifts_is_not_called_settled(small_model):
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, -1, 0)], ids=["along", "across"])
 def test_interior_point_steps_lead_to_the_same_load_factor(corner, dry, direction):
     model = model_of(corner, dry)
-    found = [
-        solve(model, push(*direction), "nonassociative", path_steps=steps, **PATH)
-        for steps in ("splitting", "interior point")
-    ]
-    assert exact(found[0]) == pytest.approx(exact(found[1]), rel=5e-3)
+    one, other = (exact(along_path(model, push(*direction), path_steps=steps)) for steps in STEPS)
+    assert one == pytest.approx(other, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -456,11 +415,8 @@ def test_interior_point_steps_lead_to_the_same_load_factor(corner, dry, directio
 def test_steps_of_strong_joints_that_crush_about_both_axes_are_solved(corner, direction):
     """Unless the steps are, the return does not lean away from the wall, and bears up to an eighth more."""
     model = model_of(corner, bs.JointMaterial("strong", 0.65, compressive_strength="600 kPa"))
-    found = [
-        solve(model, push(*direction), "nonassociative", path_steps=steps, **PATH)
-        for steps in ("splitting", "interior point")
-    ]
-    assert exact(found[0]) == pytest.approx(exact(found[1]), rel=1.5e-2)
+    one, other = (exact(along_path(model, push(*direction), path_steps=steps)) for steps in STEPS)
+    assert one == pytest.approx(other, rel=1.5e-2)
 
 
 @pytest.mark.parametrize("growth", [2.0, pytest.param(4.0, marks=pytest.mark.slow)])
@@ -472,28 +428,26 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
     ]
     size = {"length": "6 m", "unit_length": "40 cm", "unit_height": "20 cm", "thickness": "20 cm"}
     blocks = bs.wall(**size, courses=14, openings=openings, material=tuff)
-    found = solve(model_of(blocks, dry), push(1, 0, 0), "nonassociative", path_growth=growth, **PATH)
+    found = along_path(model_of(blocks, dry), push(1, 0, 0), path_growth=growth)
     assert exact(found) == pytest.approx(0.4395, rel=5e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(20, 40), (40, 60)])
-def test_large_walls_end_where_tight_steps_lead(monkeypatch, columns, rows):
+def test_large_walls_end_where_tight_steps_lead(monkeypatch, tuff, dry, columns, rows):
     """820 and 2,430 bricks in running bond: five times the patience moves the load factor by at most 0.3 %."""
-    tuff = bs.Material("tuff", "12 kN/m^3")
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
     blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    model = model_of(blocks, bs.JointMaterial("dry", 0.65))
-    found = solve(model, push(1, 0, 0), "nonassociative", **PATH)
+    model = model_of(blocks, dry)
+    found = along_path(model, push(1, 0, 0))
     assert found.settled
     monkeypatch.setattr("blockstruct.procedures.splitting_path.PATIENCE", 400)
-    tight = solve(model, push(1, 0, 0), "nonassociative", **PATH)
-    assert exact(found) == pytest.approx(exact(tight), rel=3e-3)
+    assert exact(found) == pytest.approx(exact(along_path(model, push(1, 0, 0))), rel=3e-3)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_an_end_that_is_not_certified_is_told(small_model, monkeypatch):
     monkeypatch.setattr("blockstruct.limit.friction.CAP", np.nan)
-    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    result = along_path(small_model, push(1, 0, 0))
     assert result.status == "converged"
     assert (result.outcome.path_end, result.settled) == (bs.vocabulary.PathEnd.NOT_CERTIFIED, False)

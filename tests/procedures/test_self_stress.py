@@ -14,20 +14,15 @@ from blockstruct.limit.friction import true_sliding
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from structures import model_of, push, single_block, solve
+from structures import SELF_WEIGHT, box, model_of, push, single_block, solve
 
-STONE = bs.Material("stone", "20 kN/m^3")
 MORE_WEIGHT = push(0, 0, -1)
 
 
 def lintel(n, mu=0.65):
     """A flat lintel of n cubes between fixed jambs, with vertical joints and no support below."""
-    jambs = [
-        bs.Block.box(name, Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True)
-        for name, x in (("left", -1), ("right", n))
-    ]
-    blocks = [bs.Block.box(f"{i}", Q_([i, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE) for i in range(n)]
-    return model_of([*jambs, *blocks], bs.JointMaterial("dry", mu))
+    jambs = [box(name, [x, 0, 0], [1, 1, 1], fixed=True) for name, x in (("left", -1), ("right", n))]
+    return model_of([*jambs, *(cube(f"{i}", i) for i in range(n))], bs.JointMaterial("dry", mu))
 
 
 def point_load(n):
@@ -39,16 +34,9 @@ def point_load(n):
 def pads(order, mu=0.65):
     """A block on four pads in a row, slick or rough: how much each bears is not determined."""
     rough, slick = bs.JointMaterial("rough", mu), bs.JointMaterial("slick", 0.0)
-    feet = [
-        bs.Block.box(f"pad {i}", Q_([i, 0, -0.5], "m"), Q_([0.5, 1, 0.5], "m"), STONE, fixed=True) for i in range(4)
-    ]
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([3.5, 1, 1], "m"), STONE)
-    found = bs.detect_interfaces([*feet, block], joint_material=rough).interfaces
-    joints = {"r": rough, "s": slick}
-    interfaces = [
-        bs.Interface(i.name, i.minus, i.plus, Q_(i.polygon, "m"), joints[order[int(i.name[4])]]) for i in found
-    ]
-    return bs.Model("pads", [*feet, block], interfaces)
+    blocks = [box(f"pad {i}", [i, 0, -0.5], [0.5, 1, 0.5], fixed=True) for i in range(4)]
+    blocks.append(box("block", [0, 0, 0], [3.5, 1, 1]))
+    return model_of(blocks, {f"pad {i}|*": {"r": rough, "s": slick}[kind] for i, kind in enumerate(order)}, "pads")
 
 
 HANGING = pytest.mark.parametrize(
@@ -81,14 +69,14 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
 @pytest.mark.parametrize("schedule", list(bs.limit.SCHEDULES))
 def test_every_schedule_finds_what_hangs(blocks, load, schedule):
     settings = scheduled(bs.ProcedureSettings(), schedule)
-    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), load, "nonassociative")
+    case = bs.LimitCase("case", SELF_WEIGHT, load, "nonassociative")
     result = bs.AnalysisManager(lintel(blocks), settings=settings).run([case])["case"]
     assert result.status == "depends_on_self_stress"
     assert result.hung
 
 
 def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
-    case = bs.LimitCase("more", bs.LoadPattern("dead", [bs.SelfWeight()]), MORE_WEIGHT)
+    case = bs.LimitCase("more", SELF_WEIGHT, MORE_WEIGHT)
     spread = bs.AnalysisManager(lintel(3)).run([case], spread="steep").spread("more")
     assert spread.headline.status == "depends_on_self_stress"
     assert math.isnan(spread.load_factor)
@@ -97,22 +85,17 @@ def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
 
 def overhang(share):
     """Two bricks in a row on a bed. The second one extends beyond its end by a share of its length."""
-    length, height, depth = 0.25, 0.065, 0.12
-    end = (1 - share) * length
-    blocks = [
-        bs.Block.box("bed", Q_([-1, 0, -0.1], "m"), Q_([1 + end, depth, 0.1], "m"), STONE, fixed=True),
-        bs.Block.box("first", Q_([-length, 0, 0], "m"), Q_([length, depth, height], "m"), STONE),
-        bs.Block.box("second", Q_([0, 0, 0], "m"), Q_([length, depth, height], "m"), STONE),
-    ]
-    return model_of(blocks, bs.JointMaterial("dry", 0.6))
+    brick = [length := 0.25, depth := 0.12, 0.065]
+    bed = box("bed", [-1, 0, -0.1], [1 + (1 - share) * length, depth, 0.1], fixed=True)
+    bricks = box("first", [-length, 0, 0], brick), box("second", [0, 0, 0], brick)
+    return model_of([bed, *bricks], bs.JointMaterial("dry", 0.6))
 
 
 DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 def pushes(flow="nonassociative"):
-    dead = bs.LoadPattern("dead", [bs.SelfWeight()])
-    return [bs.LimitCase(d, dead, bs.LoadPattern(d, [bs.BodyForce(d)]), flow) for d in DIRECTIONS]
+    return [bs.LimitCase(d, SELF_WEIGHT, bs.LoadPattern(d, [bs.BodyForce(d)]), flow) for d in DIRECTIONS]
 
 
 @pytest.mark.parametrize("procedure", ["loading path", "fictitious"])
@@ -151,23 +134,17 @@ def test_a_jammed_load_factor_warns():
     assert result.headline.bound == "no associative bound"
 
 
-def beside(*blocks, jambs=3.0, mu=0.65):
+def beside(*blocks, jambs=3.0, joint=None):
     """Blocks, with jambs of a height on both sides of the first metre, on the ground."""
-    fixed = [
-        bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([40, 40, 1], "m"), STONE, fixed=True),
-        *(
-            bs.Block.box(n, Q_([x, 0, 0], "m"), Q_([1, 1, jambs], "m"), STONE, fixed=True)
-            for n, x in (("left", -1), ("right", 1))
-        ),
-    ]
-    return model_of([*fixed, *blocks], bs.JointMaterial("dry", mu))
+    sides = (box(n, [x, 0, 0], [1, 1, jambs], fixed=True) for n, x in (("left", -1), ("right", 1)))
+    return model_of([GROUND, *sides, *blocks], joint or bs.JointMaterial("dry", 0.65))
 
 
 def cube(name, x, z=0.0):
-    return bs.Block.box(name, Q_([x, 0, z], "m"), Q_([1, 1, 1], "m"), STONE)
+    return box(name, [x, 0, z], [1, 1, 1])
 
 
-PIER = bs.Block.box("pier", Q_([10, 0, 0], "m"), Q_([0.5, 2, 2], "m"), STONE)
+GROUND, PIER = box("ground", [-5, -5, -1], [40, 40, 1], fixed=True), box("pier", [10, 0, 0], [0.5, 2, 2])
 ON_PIER = bs.LoadPattern("on the pier", [bs.PointLoad("pier", Q_([10, 1, 2], "m"), Q_([1, 0, 0], "kN"))])
 
 
@@ -196,17 +173,11 @@ def test_a_jammed_block_is_told_beside_one_that_bounds_the_load(load):
 
     Pushed against a jamb, which friction has no part in, it stands.
     """
-    squat = bs.Block.box("squat", Q_([10, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
-    model = beside(cube("stuck", 0), squat, jambs=1.0)
-    rough = bs.JointMaterial("rough", 1.5)
-    joints = [
-        bs.Interface(i.name, i.minus, i.plus, Q_(i.polygon, "m"), rough if "squat" in i.name else i.joint_material)
-        for i in model.interfaces
-    ]
-    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(*load), "nonassociative")
+    joints = {"ground|squat": bs.JointMaterial("rough", 1.5), "*": bs.JointMaterial("dry", 0.65)}
+    model = beside(cube("stuck", 0), cube("squat", 10), jambs=1.0, joint=joints)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        result = bs.AnalysisManager(bs.Model("model", model.blocks, joints), effects=False).run([case])["case"]
+        result = solve(model, push(*load), "nonassociative")
     assert result.associative_load_factor == pytest.approx(1.0, rel=1e-6)
     assert result.status == "converged"
     assert result.jammed == (("stuck",) if load[1] else ())
@@ -221,11 +192,10 @@ def test_a_problem_is_the_sum_of_its_groups():
     """Blocks, contact points, rectangles that crush and ties of each, by which nothing is lost or shared."""
     top, ground = ("one", Q_([0.5, 0.5, 1], "m")), ("ground", Q_([0.5, 3, 0], "m"))
     rods = [bs.Tie("rod", top, ground, yield_force="5 kN")]
-    base = bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([40, 40, 1], "m"), STONE, fixed=True)
-    blocks = [base, cube("one", 0), cube("two", 5), cube("on two", 5, 1)]
+    blocks = [GROUND, cube("one", 0), cube("two", 5), cube("on two", 5, 1)]
     joint = bs.JointMaterial("weak", 0.6, compressive_strength="1 MPa", torsion="uniform pressure")
     model = bs.Model("model", blocks, bs.detect_interfaces(blocks, joint), ties=rods)
-    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0), "nonassociative")
+    case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
     problem = LimitProblem.of(Statics.of(model), case)
     assert problem.groups.tolist() == [0, 1, 1]
     parts = [problem.part(problem.groups == g) for g in (0, 1)]
@@ -346,7 +316,7 @@ def test_loads_that_cancel_to_rounding_are_none(loads):
     ],
 )
 def test_an_interrupted_case_ends_as_it_would_have(model, load, status, tmp_path):
-    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), load)
+    case = bs.LimitCase("case", SELF_WEIGHT, load)
     whole = bs.AnalysisManager(model).run([case])["case"]
 
     def stop(event):
@@ -362,7 +332,7 @@ def test_an_interrupted_case_ends_as_it_would_have(model, load, status, tmp_path
 
 @pytest.mark.filterwarnings("error::blockstruct.errors.LoadFactorWarning")
 def test_a_warning_made_an_error_loses_no_result(tmp_path):
-    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(0, 1, 0))
+    case = bs.LimitCase("case", SELF_WEIGHT, push(0, 1, 0))
     with pytest.raises(bs.errors.LoadFactorWarning):
         bs.AnalysisManager(beside(cube("stuck", 0), jambs=1.0), tmp_path / "a.h5").run([case])
     assert bs.open_analysis(tmp_path / "a.h5")["case"].status == "converged"

@@ -67,9 +67,7 @@ def tied_wall():
 
 
 @pytest.mark.parametrize(
-    "model",
-    [lambda: wall(None), lambda: wall(Q_(200, "kPa")), tied_wall],
-    ids=["friction", "crushing", "tie"],
+    "model", [lambda: wall(None), lambda: wall(Q_(200, "kPa")), tied_wall], ids=["friction", "crushing", "tie"]
 )
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0.3, 1, 0)], ids=["in plane", "out of plane"])
 def test_walls_have_the_load_factor_of_the_conic_program(model, direction):

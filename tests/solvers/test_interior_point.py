@@ -6,13 +6,12 @@ import pytest
 import scipy.sparse as sp
 
 import blockstruct as bs
-from blockstruct import Q_
 from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.solvers.interior_point import ContactProblem, Step
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling, centred
 from blockstruct.solvers.splitting import Splitting
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, box, model_of, push
 
 #: Of a step in the tests: friction far inside its cone is as exact as the root of the gap.
 TIGHT = 1e-10
@@ -74,14 +73,10 @@ def test_centred_pairs_lie_on_the_central_path_near_where_they_were():
 def random_stack(seed, joint):
     """Blocks of random sizes on top of each other, three at a time side by side."""
     rng = np.random.default_rng(seed)
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = [bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([4, 3, 1], "m"), stone, fixed=True)]
+    blocks = [box("ground", [-1, -1, -1], [4, 3, 1], fixed=True)]
     for course in range(3):
         x = np.cumsum([0.1 * rng.random(), *(0.5 + 0.1 * rng.random(3))])
-        blocks += [
-            bs.Block.box(f"{course}.{k}", Q_([x[k], 0, 0.4 * course], "m"), Q_([x[k + 1] - x[k], 0.5, 0.4], "m"), stone)
-            for k in range(3)
-        ]
+        blocks += [box(f"{course}.{k}", [x[k], 0, 0.4 * course], [x[k + 1] - x[k], 0.5, 0.4]) for k in range(3)]
     return model_of(blocks, joint)
 
 

@@ -7,9 +7,9 @@ import shapely
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.statics import carried_weights, wrenches
-from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block, solve
+from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation, single_block, solve
 
-STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.7)
+DRY, GROUND = bs.JointMaterial("dry", 0.7), box("ground", [-1, -1, -1], [4, 4, 1], fixed=True)
 
 
 def resultant(model, *loads):
@@ -58,11 +58,7 @@ def test_line_loads_share_the_blocks_below_and_follow_the_line(room):
 def test_a_line_along_a_joint_is_shared_by_halves_and_one_along_an_edge_is_borne_however_they_are_turned(
     degrees, drawn, y, shares
 ):
-    blocks = [
-        bs.Block.box("ground", ["-1 m", "-1 m", "-1 m"], ["4 m", "4 m", "1 m"], STONE, fixed=True),
-        bs.Block.box("a", ["0 m", "0 m", "0 m"], ["1 m", "0.3 m", "1 m"], STONE),
-        bs.Block.box("b", ["0 m", "0.3 m", "0 m"], ["1 m", "0.7 m", "1 m"], STONE),
-    ]
+    blocks = [GROUND, box("a", [0, 0, 0], [1, 0.3, 1]), box("b", [0, 0.3, 0], [1, 0.7, 1])]
     # By rounding, which of the two blocks or whether any is under the line differs from angle to angle.
     R = rotation((0, 0, 1), np.radians(degrees))
     model = model_of(moved(blocks, R), DRY)
@@ -76,11 +72,7 @@ def test_a_line_along_a_joint_is_shared_by_halves_and_one_along_an_edge_is_borne
 
 
 def test_area_load_on_a_block_takes_its_open_upper_faces():
-    blocks = [
-        bs.Block.box("ground", ["-1 m", "-1 m", "-1 m"], ["4 m", "4 m", "1 m"], STONE, fixed=True),
-        bs.Block.box("step", ["0 m", "0 m", "0 m"], ["1 m", "1 m", "1 m"], STONE),
-        bs.Block.box("upper", ["0 m", "0 m", "1 m"], ["0.4 m", "1 m", "1 m"], STONE),
-    ]
+    blocks = [GROUND, box("step", [0, 0, 0]), box("upper", [0, 0, 1], [0.4, 1, 1])]
     force, moment = resultant(model_of(blocks, DRY), bs.AreaLoad("5 kN/m^2", block="step"))
     np.testing.assert_allclose(force, [0, 0, -3e3])
     np.testing.assert_allclose(moment, [-3e3 * 0.5, 3e3 * 0.7, 0])
@@ -107,9 +99,8 @@ def test_a_concentrated_weight_is_pushed_at_its_own_height(z):
     b, h, R = 0.5, 2.0, 6e3
     W = 20e3 * b * h
     bell = bs.Weight("block", Q_([0.1, 0.5, z], "m"), Q_(R, "N"))
-    result = solve(
-        model_of(*single_block(b, h, mu=2.0)), push(-1, 0, 0), dead=bs.LoadPattern("dead", [bs.SelfWeight(), bell])
-    )
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bell])
+    result = solve(model_of(*single_block(b, h, mu=2.0)), push(-1, 0, 0), dead=dead)
     assert result.load_factor == pytest.approx((W * b / 2 + R * 0.1) / (W * h / 2 + R * z), rel=1e-6)
 
 
@@ -133,9 +124,8 @@ def test_a_mass_that_would_grow_with_the_load_factor_is_refused():
     roof = bs.AreaLoad("8 kPa", block="block")
     with pytest.raises(bs.errors.ModelError, match=r"AreaLoad has a mass that would grow.*mass_share=0"):
         solve(model, bs.LoadPattern("push", [bs.BodyForce("+x"), roof]))
-    growing = solve(
-        model, bs.LoadPattern("push", [bs.BodyForce("+x"), bs.AreaLoad("8 kPa", block="block", mass_share=0)])
-    )
+    resting = bs.AreaLoad("8 kPa", block="block", mass_share=0)
+    growing = solve(model, bs.LoadPattern("push", [bs.BodyForce("+x"), resting]))
     assert growing.load_factor == pytest.approx(20e3 * 0.25 / (20e3 * 1.0 - 4e3 * 0.25), rel=1e-6)
 
 
@@ -186,20 +176,15 @@ def test_fill_stands_in_its_box_only_and_not_under_the_vault():
     (own,) = carried_weights(model, bs.LoadPattern("d", [left])).block
     assert model.blocks[own].name == "6"
     # A slab below the arch lies under it: what is in the box above it is air, and the arch.
-    slab = bs.Block.box("slab", ["-3 m", "0 m", "-1 m"], ["6 m", "1 m", "0.5 m"], STONE, fixed=True)
+    slab = box("slab", [-3, 0, -1], [6, 1, 0.5], fixed=True)
     under = bs.Model("m", [*model.blocks, slab], model.interfaces)
     fill = bs.FillLoad("18 kN/m^3", ["-2 m", "0 m", "-1 m"], ["2 m", "1 m", "3 m"])
     assert "slab" not in [under.blocks[i].name for i in carried_weights(under, bs.LoadPattern("d", [fill])).block]
 
 
 def test_fill_is_not_inside_walls_that_rise_above_it_nor_kept_off_by_what_hangs_over_it():
-    blocks = [
-        bs.Block.box("ground", ["-1 m", "-1 m", "-1 m"], ["4 m", "4 m", "1 m"], STONE, fixed=True),
-        bs.Block.box("low", ["0 m", "0 m", "0 m"], ["1 m", "1 m", "1 m"], STONE),
-        bs.Block.box("high", ["0 m", "0 m", "1 m"], ["0.5 m", "1 m", "2 m"], STONE),
-        bs.Block.box("beam", ["0 m", "0 m", "3 m"], ["1 m", "1 m", "1 m"], STONE),
-    ]
-    model = model_of(blocks, DRY)
+    stones = box("low", [0, 0, 0]), box("high", [0, 0, 1], [0.5, 1, 2]), box("beam", [0, 0, 3])
+    model = model_of([GROUND, *stones], DRY)
     fill = bs.FillLoad("18 kN/m^3", ["0 m", "0 m", "0 m"], ["1 m", "1 m", "2 m"])
     found = carried_weights(model, bs.LoadPattern("d", [fill]))
     assert [model.blocks[i].name for i in found.block] == ["low"]
@@ -209,11 +194,10 @@ def test_fill_is_not_inside_walls_that_rise_above_it_nor_kept_off_by_what_hangs_
 
 def test_lateral_pressure_of_fill():
     """K γ h over the height of a slope of 45°: K γ (h1² − h0²)/2 at its centre of pressure."""
-    ground = bs.Block.box("ground", ["-1 m", "-1 m", "-1 m"], ["4 m", "4 m", "1 m"], STONE, fixed=True)
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [0, 1, 1]]
     faces = [[0, 2, 3, 1], [0, 1, 4], [2, 5, 3], [0, 4, 5, 2], [1, 3, 5, 4]]
     wedge = bs.Block.from_faces("wedge", Q_(corners, "m"), faces, STONE)
-    model = model_of([ground, wedge], DRY)
+    model = model_of([GROUND, wedge], DRY)
     K, g, level = 0.4, 18e3, 1.5
     fill = bs.FillLoad(Q_(g, "N/m^3"), ["0 m", "0 m", "0 m"], ["1 m", "1 m", "1.5 m"], lateral_coefficient=K)
     w = wrenches(model, bs.LoadPattern("d", [fill]))[1]
@@ -252,9 +236,8 @@ def test_buoyancy_of_water_on_all_faces():
 def test_wind_as_pressure_and_suction():
     model = model_of(*single_block(0.5, 2.0, 1.5))
     front, back = (model.block("block").face_towards(side) for side in ("-y", "+y"))
-    force, _ = resultant(
-        model, bs.FaceLoad("block", front, pressure="0.8 kPa"), bs.FaceLoad("block", back, pressure="-0.4 kPa")
-    )
+    wind = (bs.FaceLoad("block", side, pressure=p) for side, p in ((front, "0.8 kPa"), (back, "-0.4 kPa")))
+    force, _ = resultant(model, *wind)
     np.testing.assert_allclose(force, [0, 1.2e3 * 0.5 * 2.0, 0], atol=1e-9)
 
 

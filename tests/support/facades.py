@@ -18,20 +18,27 @@ EDGE = Q_([[0, 0, 0], [LENGTH, 0, 0]], "m")
 solve = partial(structures.solve, effects=True)
 
 
+def box(name, origin, size, *, fixed=False):
+    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
+
+
+GROUND = box("ground", [-5, -5, -1], [15, 15, 1], fixed=True)
+
+
 def facade(joint=DRY):
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", Q_([7, 3, 0.5], "m"), STONE, fixed=True)
-    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
-    return model_of([ground, wall], joint, "façade")
+    return model_of([GROUND, box("façade", [0, 0, 0], [LENGTH, DEPTH, HEIGHT])], joint, "façade")
+
+
+def portal():
+    """Columns of 27 kN, and a lintel of 22.5 kN on them."""
+    columns = (box(f"column {x}", [x, 0, 0], [0.5, 1, 3]) for x in (0, 2))
+    return model_of([GROUND, *columns, box("lintel", [0, 0, 3], [2.5, 1, 0.5])], DRY)
 
 
 def small_blocks(joint=DRY, courses=12):
-    size = {
-        "unit_length": "1 m",
-        "unit_height": Q_(HEIGHT / courses, "m"),
-        "thickness": Q_(DEPTH, "m"),
-        "material": STONE,
-    }
-    return model_of(bs.wall(length=Q_(LENGTH, "m"), courses=courses, **size), joint, "façade of small blocks")
+    size = {"length": Q_(LENGTH, "m"), "unit_height": Q_(HEIGHT / courses, "m"), "thickness": Q_(DEPTH, "m")}
+    blocks = bs.wall(**size, unit_length="1 m", courses=courses, material=STONE)
+    return model_of(blocks, joint, "façade of small blocks")
 
 
 def case(variable=None, dead=SELF_WEIGHT, flow="nonassociative"):
@@ -58,24 +65,17 @@ def by_hand(result, edge=EDGE, **more):
 
 def tied(breaks_at=None, force=20, bars=1, to=(4, 5), fixed=False, joint=DRY, **more):
     """The façade with ties at 5 m to a wall 4 m behind it, or to another point (y, z)."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 9, 0.5] m", STONE, fixed=True)
-    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
-    back = bs.Block.box(
-        "back", Q_([0, min(to[0], 4), 0], "m"), Q_([LENGTH, 3, max(HEIGHT, to[1])], "m"), STONE, fixed=fixed
-    )
-    found = bs.detect_interfaces([ground, wall, back], joint_material=joint)
+    back = box("back", [0, min(to[0], 4), 0], [LENGTH, 3, max(HEIGHT, to[1])], fixed=fixed)
+    blocks = [*facade().blocks, back]
+    more |= {"yield_force": Q_(force, "kN")}
     more |= {} if breaks_at is None else {"elongation_limit": Q_(breaks_at, "m")}
     ties = [
-        bs.Tie(
-            f"bar {k}", ("façade", Q_([x, 0, 5], "m")), ("back", Q_([x, *to], "m")), yield_force=Q_(force, "kN"), **more
-        )
+        bs.Tie(f"bar {k}", ("façade", Q_([x, 0, 5], "m")), ("back", Q_([x, *to], "m")), **more)
         for k, x in enumerate(np.linspace(0, LENGTH, bars + 2)[1:-1])
     ]
-    return bs.Model("tied façade", [ground, wall, back], found, ties=ties)
+    return model_of(blocks, joint, "tied façade").with_ties(ties)
 
 
 def pushed_over(model, steps=30):
-    control = ("façade", (0, -1, 0))
-    return bs.run(model, bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=control, steps=steps))[
-        "out of plane"
-    ]
+    pushed = bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=steps)
+    return bs.run(model, pushed)["out of plane"]

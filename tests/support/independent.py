@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import linprog
-from scipy.spatial import ConvexHull
 
 import blockstruct as bs
 
@@ -31,7 +30,7 @@ class Structure:
     def of(cls, model: bs.Model) -> "Structure":
         centroid, weight, contacts = {}, {}, []
         for block in model.blocks:
-            volume, centroid[block.name] = solid(block.shape.vertices)
+            volume, centroid[block.name] = solid(block.shape.vertices, block.shape.faces)
             weight[block.name] = volume * block.material.unit_weight
         for interface in model.interfaces:
             corners = interface.polygon
@@ -95,13 +94,13 @@ class Structure:
         return np.array(columns).T
 
 
-def solid(vertices: np.ndarray) -> tuple[float, np.ndarray]:
-    """Volume and centroid of a convex solid, by the tetrahedra from one of its points."""
-    hull = ConvexHull(vertices)
-    centre = vertices.mean(axis=0)
-    tetrahedra = vertices[hull.simplices] - centre
-    volumes = np.abs(np.linalg.det(tetrahedra)) / 6
-    return volumes.sum(), centre + (volumes[:, None] * tetrahedra.sum(axis=1) / 4).sum(axis=0) / volumes.sum()
+def solid(vertices: np.ndarray, faces: tuple[tuple[int, ...], ...]) -> tuple[float, np.ndarray]:
+    """Volume and centroid of a solid, by the tetrahedra of its faces from one of its points."""
+    apex = vertices.mean(axis=0)
+    triangles = [(f[0], f[i], f[i + 1]) for f in faces for i in range(1, len(f) - 1)]
+    tetrahedra = vertices[np.array(triangles)] - apex
+    volumes = np.linalg.det(tetrahedra) / 6
+    return volumes.sum(), apex + (volumes[:, None] * tetrahedra.sum(axis=1) / 4).sum(axis=0) / volumes.sum()
 
 
 def load_factor(structure: Structure, dead: np.ndarray, variable: np.ndarray, radius: float) -> float:

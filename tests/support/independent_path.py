@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 import blockstruct as bs
+from independent import solid
 
 Array = NDArray[np.float64]
 
@@ -263,15 +264,6 @@ def points_of(interface: bs.Interface, cells: int) -> list[Point]:
     triangles = np.cross(arms, np.roll(arms, -1, axis=0)) @ normal / 2
     shares = (triangles + np.roll(triangles, 1)) / 2
     return [Point(interface, p, frame, float(a)) for p, a in zip(corners, shares, strict=True)]
-
-
-def solid(vertices: Array, faces: tuple[tuple[int, ...], ...]) -> tuple[float, Array]:
-    """Volume and centroid of a solid, by the tetrahedra of its faces from one of its points."""
-    apex = vertices.mean(axis=0)
-    triangles = [(f[0], f[i], f[i + 1]) for f in faces for i in range(1, len(f) - 1)]
-    tetrahedra = vertices[np.array(triangles)] - apex
-    volumes = np.linalg.det(tetrahedra) / 6
-    return volumes.sum(), apex + (volumes[:, None] * tetrahedra.sum(axis=1) / 4).sum(axis=0) / volumes.sum()
 
 
 def acting(load: object, free: list[bs.Block], weights: dict[str, float], solids: dict) -> list[tuple]:

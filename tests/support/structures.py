@@ -41,7 +41,7 @@ def moved(blocks: Sequence[bs.Block], R: np.ndarray, shift: Sequence[float] = (0
     ]
 
 
-def box(name: str, origin: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> bs.Block:
+def box(name: str, origin: Sequence[float], size: Sequence[float] = (1, 1, 1), *, fixed: bool = False) -> bs.Block:
     """A box of 20 kN/m³, its origin and size in m."""
     return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
 
@@ -208,6 +208,5 @@ def balanced_beam() -> tuple[bs.Model, bs.LoadPattern]:
 def slipping_units() -> bs.Model:
     """A wall of ten units, which slip and rock."""
     rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=stone)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     return model_of(blocks, bs.JointMaterial("dry", 0.5))

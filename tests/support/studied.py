@@ -7,15 +7,13 @@ from pathlib import Path
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, STONE, box, model_of, push
 
 
 def block(friction_coefficient, height="1 m"):
     """A block 0.5 m wide: it slides at μ or rocks at b / h."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([2.5, 3, 0.5], "m"), stone, fixed=True)
-    size = [Q_(0.5, "m"), Q_(1, "m"), height]
-    free = bs.Block.box("block", Q_([0, 0, 0], "m"), size, stone)
+    ground = box("ground", [-1, -1, -0.5], [2.5, 3, 0.5], fixed=True)
+    free = bs.Block.box("block", Q_([0, 0, 0], "m"), [Q_(0.5, "m"), Q_(1, "m"), height], STONE)
     model = model_of([ground, free], bs.JointMaterial("joint", friction_coefficient))
     return model, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
 
@@ -23,7 +21,7 @@ def block(friction_coefficient, height="1 m"):
 def pulled(friction_coefficient):
     """A block tied to a support beside it: a push, and the support that moves away."""
     model, case = block(friction_coefficient)
-    pier = bs.Block.box("pier", Q_([-0.9, 0, 0], "m"), Q_([0.5, 1, 1], "m"), model.blocks[0].material, fixed=True)
+    pier = box("pier", [-0.9, 0, 0], [0.5, 1, 1], fixed=True)
     tie = bs.Tie("tie", ("pier", "[-0.4, 0.5, 0.1] m"), ("block", "[0, 0.5, 0.1] m"), yield_force="50 kN")
     tied = bs.Model("tied", [*model.blocks, pier], model.interfaces, ties=[tie])
     return tied, [case, bs.SettlementCase("spreads", SELF_WEIGHT, ["pier"], "-x")]
@@ -31,9 +29,8 @@ def pulled(friction_coefficient):
 
 def wall(friction_coefficient):
     """Six units pushed without dilatancy and pressed down without end, and their base that sinks."""
-    stone = bs.Material("stone", "20 kN/m^3")
     rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=stone)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("joint", friction_coefficient))
     down = bs.LoadPattern("press", [bs.BodyForce((0, 0, -1))])
     cases = [bs.LimitCase(load.name, SELF_WEIGHT, load) for load in (push(1, 0, 0), down)]

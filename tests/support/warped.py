@@ -6,15 +6,14 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import Q_
-
-STONE = bs.Material("stone", "20 kN/m^3")
-FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+from meshes import QUADS
+from structures import STONE
 
 
 def triangles(rng: np.random.Generator) -> list[list[int]]:
     """Every quadrilateral divided along one of its diagonals."""
     halves = []
-    for a, b, c, d in FACES:
+    for a, b, c, d in QUADS:
         halves += [[a, b, c], [a, c, d]] if rng.random() < 0.5 else [[a, b, d], [b, c, d]]
     return halves
 

@@ -20,14 +20,13 @@ from blockstruct import Q_
 from blockstruct.limit import crushing
 from blockstruct.results.interfaces import beyond_rectangle
 from blockstruct.text import NoteCode, effect_note
-from structures import box, divided, extruded, model_of, moved, push, random_frame, rotation, single_block, solve
+from structures import STONE, box, divided, extruded, model_of, moved, push, random_frame, rotation, single_block, solve
 
 EXACT = {"crushing": "conic"}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}
 
 
 def block(b, h, t, fc, mu=0.9):
-    blocks, _ = single_block(b, h, t=t, mu=mu)
-    return model_of(blocks, bs.JointMaterial("soft", mu, compressive_strength=Q_(fc, "Pa")))
+    return model_of(single_block(b, h, t=t, mu=mu)[0], bs.JointMaterial("soft", mu, compressive_strength=Q_(fc, "Pa")))
 
 
 @pytest.mark.parametrize("settings", EXACT, ids=str)
@@ -73,9 +72,8 @@ def test_a_joint_that_bears_next_to_nothing_is_no_worse_than_its_digits():
 def test_a_corner_of_walls_that_crush_about_both_axes_converges():
     """Where a joint inside the walls bears 1e-4 of a block, its rounding left this case without a certificate."""
     size = {"unit_length": "0.5 m", "unit_height": "0.5 m", "thickness": "0.4 m"}
-    stone = bs.Material("stone", "20 kN/m^3")
     side = bs.structures.Sidewall("left", at="0 m", length="1.5 m")
-    blocks = bs.wall(length="2 m", courses=3, material=stone, sidewalls=[side], **size)
+    blocks = bs.wall(length="2 m", courses=3, material=STONE, sidewalls=[side], **size)
     model = model_of(blocks, bs.JointMaterial("soft", 0.6, compressive_strength="500 kPa"))
     found = [
         solve(model, push(0, 1, 0), "nonassociative", procedure="fictitious", crushing_interaction=i)
@@ -193,12 +191,11 @@ def test_block_rocks_on_mortar(fc, ft, flow, settings):
     """
     b, h, t = 0.5, 1.5, 0.8
     N = 20e3 * b * h * t
-    blocks, _ = single_block(b, h, t=t)
     for direction, depth in (((1, 0, 0), b), ((0, 1, 0), t)):
         width = b * t / depth
         d = (N + ft * b * t) / ((fc + ft) * width)
         M = (fc + ft) * width * d * (depth - d) / 2
-        result = solve(model_of(blocks, mortar(fc, ft)), push(*direction), flow, **settings)
+        result = solve(model_of(single_block(b, h, t=t)[0], mortar(fc, ft)), push(*direction), flow, **settings)
         assert result.status == "converged"
         assert result.load_factor == pytest.approx(M / (N * h / 2), rel=1e-6)
         assert result.utilisation.crushing[-1].item() == pytest.approx(1, abs=1e-5)
@@ -209,8 +206,7 @@ def test_block_rocks_on_mortar(fc, ft, flow, settings):
 def test_a_couple_on_mortar_under_any_normal_force(N, settings):
     """``|M| = (N + f_t A) b / 2 (1 − (N + f_t A) / ((f_c + f_t) A))`` and both its ends, −f_t A and f_c A."""
     fc, ft, b, W = 4e5, 1e5, 0.4, 20e3 * 0.4 * 0.5
-    blocks, _ = single_block(b, 0.5)
-    model = model_of(blocks, mortar(fc, ft))
+    model = model_of(single_block(b, 0.5)[0], mortar(fc, ft))
     at = Q_([b / 2, 0.5, 0.25], "m")
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.PointLoad("block", at, Q_([0, 0, W - N], "N"))])
     couple = bs.LoadPattern("couple", [bs.Moment("block", Q_([0, 1, 0], "N m"))])
@@ -232,8 +228,7 @@ def test_block_on_mortar_pushed_at_45_degrees():
     W = 20e3 * b * b * h
     N, F = W + ft * b * b, (fc + ft) * b * b
     root = math.sqrt(0.5)
-    blocks, _ = single_block(b, h, t=b)
-    model, load = model_of(blocks, mortar(fc, ft)), push(root, root, 0)
+    model, load = model_of(single_block(b, h, t=b)[0], mortar(fc, ft)), push(root, root, 0)
     uniaxial, biaxial = (solve(model, load, crushing_interaction=i) for i in ("uniaxial", "biaxial"))
     assert uniaxial.load_factor == pytest.approx(math.sqrt(2) * b / h * N / W * (1 - N / F), rel=1e-6)
     assert biaxial.load_factor == pytest.approx(math.sqrt(2) * b / h * N / W * (1 - math.sqrt(N / F)), rel=1e-6)
@@ -249,8 +244,7 @@ def test_block_on_mortar_pushed_at_45_degrees():
 
 @pytest.mark.parametrize("flow", list(bs.Flow))
 def test_cells_approach_the_corners_of_mortar_from_below(flow):
-    blocks, _ = single_block(1.0, 2.0)
-    model = model_of(blocks, mortar(1e7, 1e5))
+    model = model_of(single_block(1.0, 2.0)[0], mortar(1e7, 1e5))
     corners = solve(model, push(1, 0, 0), flow).load_factor
     errors = [
         1 - solve(divided(model), push(1, 0, 0), flow, crushing_cells=c).load_factor / corners for c in (16, 256, 4096)
@@ -260,8 +254,8 @@ def test_cells_approach_the_corners_of_mortar_from_below(flow):
 
 
 def test_tensile_strength_counts_alike_with_and_without_crushing():
-    blocks, _ = single_block(0.5, 1.0)
     rigid = bs.JointMaterial("mortar", 0.9, cohesion="36 kPa", tensile_strength="20 kPa")
+    blocks, _ = single_block(0.5, 1.0)
     for direction in ((1, 0, 0), (0.6, 0.8, 0)):
         one, other = (
             solve(model_of(blocks, joint), push(*direction)).load_factor for joint in (rigid, mortar(2e11, 2e4))
@@ -312,8 +306,7 @@ def test_frames_on_mortar_converge_wherever_they_stand(settings, flow, seed, tor
 
 
 def test_the_history_tells_where_mortar_is_linearised():
-    blocks, _ = single_block(0.5, 1.0)
-    result = solve(model_of(blocks, mortar(1e5, 2e4)), push(1, 0, 0), crushing="linearised")
+    result = solve(model_of(single_block(0.5, 1.0)[0], mortar(1e5, 2e4)), push(1, 0, 0), crushing="linearised")
     assert result.history.crushing_linearisation[-1].item() == pytest.approx(20e3 * 0.5, rel=1e-4)
 
 
@@ -422,8 +415,10 @@ def test_a_block_turned_about_a_corner_lifts_the_one_across(interaction):
     ``W < 4 F q²``.
     """
     b, mu, q, W = 1.0, 0.6, 0.25, 100.0
-    blocks, _ = single_block(b, 0.5, t=b)
-    model = model_of(blocks, bs.JointMaterial("soft", mu, compressive_strength=Q_(W / (3.5 * q**2) / b**2, "Pa")))
+    model = model_of(
+        single_block(b, 0.5, t=b)[0],
+        bs.JointMaterial("soft", mu, compressive_strength=Q_(W / (3.5 * q**2) / b**2, "Pa")),
+    )
     dead = bs.LoadPattern("dead", [bs.PointLoad("block", Q_([q * b, q * b, 0.5], "m"), Q_([0, 0, -W], "N"))])
     twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 1], "N m"))])
     result = solve(model, twist, dead=dead, crushing_interaction=interaction)

@@ -36,8 +36,10 @@ def test_nonassociative(wall):
     model, _, _, associative, lowest = wall
     result = solve(model, push(1, 0, 0), "nonassociative")
     assert result.status == "converged"
+    assert result.outcome.procedure is bs.vocabulary.Procedure.LOADING_PATH
     assert result.certificate.holds
     assert result.certificate.flow_rule_gap < 1e-5
+    assert result.certificate.interpenetration <= 1e-4
     assert result.load_factor == pytest.approx(lowest, rel=5e-3)
     assert result.load_factor < associative
     # The whole point of the schedule: few programs.

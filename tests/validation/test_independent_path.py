@@ -10,7 +10,7 @@ import pytest
 import blockstruct as bs
 from independent_path import Structure, follow
 from random_structures import structure
-from structures import SELF_WEIGHT, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, STONE, model_of, push, single_block, solve
 
 #: Structures of at most 45 blocks, pushed in plane, askew and by points; arches, vaults, ties and strengths.
 SMALL = ("rubble 0", "tied 1", "arch 1", "arch 2", "arch on piers 0", "vault 0", "point load 0", "cohesion 0")
@@ -51,8 +51,7 @@ def test_what_falls_has_no_path():
 def test_associative_sliding_ends_at_the_associative_load_factor(seed):
     random = np.random.default_rng(seed)
     size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.wall(length="1.2 m", courses=int(random.integers(3, 6)), material=stone, **size)
+    blocks = bs.wall(length="1.2 m", courses=int(random.integers(3, 6)), material=STONE, **size)
     friction = float(random.uniform(0.3, 0.7))
     rough = bs.JointMaterial("rough", friction, dilatancy_angle=bs.Q_(float(np.arctan(friction)) * (1 - 1e-9), "rad"))
     model, load = model_of(blocks, rough), push(1, float(random.uniform(0, 0.5)), 0)

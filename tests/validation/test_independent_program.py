@@ -14,7 +14,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from independent import Structure, bounds, measures
-from structures import model_of, moved, rotation, solve
+from structures import model_of, moved, rotation, single_block, solve
 
 KINDS = ("box", "stack", "boxes", "wall", "arch")
 
@@ -74,23 +74,14 @@ def random_wall(rng, stone):
     n, rows = int(rng.integers(2, 5)), int(rng.integers(2, 6))
     widths = rng.uniform(0.5, 1.5, n)
     pattern = [[*widths], [widths[0] / 2, *(widths[:-1] + widths[1:]) / 2, widths[-1] / 2]]
-    return bs.courses(
-        [pattern[i % 2] for i in range(rows)],
-        unit_length="0.4 m",
-        unit_height="0.2 m",
-        thickness=f"{rng.uniform(0.1, 0.4)} m",
-        material=stone,
-    )
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": f"{rng.uniform(0.1, 0.4)} m"}
+    return bs.courses([pattern[i % 2] for i in range(rows)], material=stone, **size)
 
 
 def random_arch(rng, stone):
-    return bs.arch(
-        span=f"{rng.uniform(2, 6)} m",
-        thickness=f"{rng.uniform(0.3, 0.9)} m",
-        depth=f"{rng.uniform(0.3, 1.0)} m",
-        voussoirs=int(rng.integers(5, 14)),
-        material=stone,
-    )
+    ranges = {"span": (2, 6), "thickness": (0.3, 0.9), "depth": (0.3, 1.0)}
+    size = {name: f"{rng.uniform(*ends)} m" for name, ends in ranges.items()}
+    return bs.arch(**size, voussoirs=int(rng.integers(5, 14)), material=stone)
 
 
 def with_random_ties(model, seed):
@@ -201,10 +192,7 @@ def test_a_linear_program_agrees_on_150_models(capsys):
 
 def test_the_independent_program_knows_the_closed_form():
     # A box 0.5 × 1 × 1 rocks at b / h; the pyramids bound friction, which is not what governs.
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-2, -2, -1], "m"), Q_([6, 6, 1], "m"), stone, fixed=True)
-    box = bs.Block.box("box", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), stone)
-    structure = Structure.of(model_of([ground, box], bs.JointMaterial("joint", 0.8)))
+    structure = Structure.of(model_of(*single_block(0.5, 1.0, mu=0.8)))
     dead, variable = structure.body_force((0, 0, -1)), structure.body_force((1, 0, 0))
     assert bounds(structure, dead, variable) == pytest.approx((0.5, 0.5), rel=1e-6)
-    assert structure.weight["box"] == pytest.approx(10e3)
+    assert structure.weight["block"] == pytest.approx(10e3)

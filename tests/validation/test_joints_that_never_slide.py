@@ -19,12 +19,7 @@ from structures import SELF_WEIGHT, STONE, box, kept, model_of, push, single_blo
 
 NEVER = bs.JointMaterial("never slides", math.inf)
 DRY = bs.JointMaterial("dry", 0.4)
-PROCEDURES = [
-    {},
-    {"path_steps": "interior point"},
-    {"procedure": "fictitious"},
-    {"procedure": "shifted"},
-]
+PROCEDURES = [{}, {"path_steps": "interior point"}, {"procedure": "fictitious"}, {"procedure": "shifted"}]
 
 
 def arch(thickness, voussoirs, joint=NEVER):
@@ -105,8 +100,7 @@ def test_nothing_pulls_a_keyed_block_out(flow):
 
 def test_tensile_strength_bears_on_joints_that_never_slide():
     # α W h / 2 = W b / 2 + f_t A b / 2.
-    blocks, _ = single_block(0.5, 1.0)
-    model = model_of(blocks, NEVER.varied(tensile_strength="10 kPa"))
+    model = model_of(single_block(0.5, 1.0)[0], NEVER.varied(tensile_strength="10 kPa"))
     assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.5 + 0.5 * 10 / 20, rel=1e-6)
 
 
@@ -148,10 +142,9 @@ def test_constructor():
 
 
 def test_a_pushover_refuses_them():
-    blocks, _ = single_block(0.5, 1.0)
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)))
     with pytest.raises(ModelError, match="never slides"):
-        bs.run(model_of(blocks, NEVER), [case], progress=False)
+        bs.run(model_of(single_block(0.5, 1.0)[0], NEVER), [case], progress=False)
 
 
 def test_derivatives_of_the_others():

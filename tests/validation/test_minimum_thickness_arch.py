@@ -13,9 +13,7 @@ bracketed by an independent program in the plane: 0.10672 for μ ≥ 0.396 and 0
 import pytest
 
 import blockstruct as bs
-from structures import model_of, push, solve
-
-STONE = bs.Material("stone", "20 kN/m^3")
+from structures import STONE, model_of, push, solve
 
 
 def arch_status(thickness, friction, voussoirs):

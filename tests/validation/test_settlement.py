@@ -121,10 +121,7 @@ def test_the_displacement_of_the_path_is_that_of_the_support(about):
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_a_support_that_carries_all_keeps_all():
     # The structure follows as one body: relative velocities are rounding, and so is the motion of its joints.
-    blocks = [
-        box("base", [-1, -1, -1], [3, 3, 1], fixed=True),
-        *(box(f"b{k}", [0, 0, k], [1, 1, 1]) for k in range(2)),
-    ]
+    blocks = [box("base", [-1, -1, -1], [3, 3, 1], fixed=True), *(box(f"b{k}", [0, 0, k], [1, 1, 1]) for k in range(2))]
     result = settle(model_of(blocks, bs.JointMaterial("joint", 0.6)), ["base"], "-z")
     assert result.status == "converged"
     assert result.reaction.magnitude == pytest.approx(40e3, rel=1e-9)
@@ -157,10 +154,7 @@ def test_a_path_that_ends_without_a_reaction_has_settled():
 def test_the_reaction_of_a_pebble_beside_a_beam_is_as_exact():
     """The gap of a reaction is measured by what it carries, and not by the weight of all that stands around."""
     size = 0.02
-    pebble = [
-        box("slab", [9, 0, -0.3], [1, 1, 0.3], fixed=True),
-        box("pebble", [9.5, 0.5, 0], [size, size, size]),
-    ]
+    pebble = [box("slab", [9, 0, -0.3], [1, 1, 0.3], fixed=True), box("pebble", [9.5, 0.5, 0], [size, size, size])]
     found = settle(model_of([*beam().blocks, *pebble], bs.JointMaterial("joint", 0.6)), ["slab"], "-z")
     assert found.reaction.magnitude == pytest.approx(20e3 * size**3, rel=1e-6)
     assert found.certificate.flow_rule_gap_limit <= 1.01 * found.settings.numerics.gap_tolerance * -found.load_factor
@@ -199,13 +193,8 @@ def test_a_tie_between_beam_and_ledge():
     while the tie pulls the ledge up by T.
     """
     model = beam()
-    tie = bs.Tie(
-        "tie",
-        start=("left", Q_([0.25, 0.5, -0.2], "m")),
-        end=("beam", Q_([0.25, 0.5, 0.5], "m")),
-        yield_force="10 kN",
-        prestress="5 kN",
-    )
+    ends = ("left", "[0.25, 0.5, -0.2] m"), ("beam", "[0.25, 0.5, 0.5] m")
+    tie = bs.Tie("tie", *ends, yield_force="10 kN", prestress="5 kN")
     tied = bs.Model("tied", model.blocks, model.interfaces, ties=[tie])
     result = settle(tied, ["left"], "-z", flow="associative")
     assert result.reaction.magnitude == pytest.approx(LEAST - 10e3 * 0.25 / (LENGTH - LEDGE), rel=1e-6)

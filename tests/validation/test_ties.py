@@ -7,16 +7,15 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, moved, push, rotation, solve
+from structures import SELF_WEIGHT, STONE, model_of, moved, push, rotation, solve
 
-STONE = bs.Material("stone", "20 kN/m^3")
 PROCEDURES = {
-    "associative": ("associative", {}),
-    "fictitious": ("nonassociative", {}),
-    "shifted": ("nonassociative", {"procedure": "shifted"}),
-    "loading path": ("nonassociative", {"procedure": "loading path"}),
-    "cvxpy, associative": ("associative", {"solver": "cvxpy:CLARABEL"}),
-    "cvxpy, fictitious": ("nonassociative", {"solver": "cvxpy:CLARABEL"}),
+    "associative": {"flow": "associative"},
+    "fictitious": {"flow": "nonassociative"},
+    "shifted": {"flow": "nonassociative", "procedure": "shifted"},
+    "loading path": {"flow": "nonassociative", "procedure": "loading path"},
+    "cvxpy, associative": {"flow": "associative", "solver": "cvxpy:CLARABEL"},
+    "cvxpy, fictitious": {"flow": "nonassociative", "solver": "cvxpy:CLARABEL"},
 }
 
 
@@ -46,8 +45,7 @@ def test_single_block(procedure, kilonewton):
     # W = 20 kN; overturning about the toe with the tie at 1.9 m, or sliding.
     T, W, z = kilonewton, 20.0, 1.9
     model = tied(tied_blocks(2.0), [tie_at(z, "b0", yield_force=Q_(T, "kN"))])
-    flow, settings = PROCEDURES[procedure]
-    result = solve(model, push(1, 0, 0), flow, **settings)
+    result = solve(model, push(1, 0, 0), **PROCEDURES[procedure])
     overturns, slides = (W * 0.25 + T * z) / (W * 1.0), 0.8 + T / W
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(min(overturns, slides), rel=1e-5)
@@ -65,8 +63,7 @@ def test_two_hinge_wall(procedure):
     b, h1, h2, z = 0.5, 1.6, 1.4, 1.2
     W1, W2 = (20e3 * b * h for h in (h1, h2))
     model = tied(tied_blocks(h1, h2), [tie_at(h1 + z, "b1", yield_force="200 kN")])
-    flow, settings = PROCEDURES[procedure]
-    result = solve(model, push(1, 0, 0), flow, **settings)
+    result = solve(model, push(1, 0, 0), **PROCEDURES[procedure])
     alpha = (W1 * b / 2 + W2 * (b + b * h1 / (2 * z))) / (W1 * h1 / 2 + W2 * (h1 - h1 * h2 / (2 * z)))
     assert result.load_factor == pytest.approx(alpha, rel=1e-5)
     # Moments of the upper body about the hinge: the tie holds it, and does not yield.
@@ -85,18 +82,10 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
     ground = box("ground", -1, 0, -1, 6, 1, 1, fixed=True)
     heavy = bs.Block.box("heavy", Q_([x[1], 0, 0], "m"), Q_([lengths[1], 1, 4], "m"), STONE)
     row = [ground, box("anchor", 0, 0, 0, lengths[0], 1, 0.4, fixed=True), heavy, box("last", x[2], 0, 0, last, 1, 0.4)]
-    diameter, bond = 0.02, 20e3 / (math.pi * 0.02)
-    bar = bs.ties.BondedBar(
-        "bar",
-        Q_([-0.1, 0.5, 0.2], "m"),
-        Q_([x[3], 0.5, 0.2], "m"),
-        diameter=Q_(diameter, "m"),
-        bond_strength=Q_(bond, "Pa"),
-        yield_force="100 kN",
-    )
+    given = {"diameter": "20 mm", "bond_strength": Q_(20e3 / (math.pi * 0.02), "Pa"), "yield_force": "100 kN"}
+    bar = bs.ties.BondedBar("bar", "[-0.1, 0.5, 0.2] m", Q_([x[3], 0.5, 0.2], "m"), **given)
     blow = bs.LoadPattern("blow", [bs.PointLoad("last", Q_([x[2] + last / 2, 0.5, 0.2], "m"), Q_([1, 0, 0], "kN"))])
-    flow, settings = PROCEDURES[procedure]
-    result = solve(tied(row, [bar], mu), blow, flow, **settings)
+    result = solve(tied(row, [bar], mu), blow, **PROCEDURES[procedure])
     T = 20e3 * (last if governs == "its end" else lengths[0] + lengths[1])
     # The fictitious iteration ends where its load factor has settled to 3e-4.
     accuracy = 3e-4 if procedure == "fictitious" else 1e-5
@@ -113,22 +102,16 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
 def test_strip_at_the_surface():
     # Over the joint at the foot, on the face that opens: lever b instead of z.
     foot = box("foot", 0, 0, -1, 0.5, 1, 1, fixed=True)
-    strip = bs.ties.Strip(
-        "strip",
-        ("foot", Q_([0, 0.5, -0.1], "m")),
-        ("b0", Q_([0, 0.5, 0.2], "m")),
-        area=Q_(10, "mm^2"),
-        strength=Q_(300, "MPa"),
-    )
+    ends = ("foot", "[0, 0.5, -0.1] m"), ("b0", "[0, 0.5, 0.2] m")
+    strip = bs.ties.Strip("strip", *ends, area="10 mm^2", strength="300 MPa")
     result = solve(tied([foot, box("b0", 0, 0, 0, 0.5, 1, 2)], [strip]), push(1, 0, 0))
     assert result.load_factor == pytest.approx((20.0 * 0.25 + 3.0 * 0.5) / 20.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("procedure", PROCEDURES)
 def test_a_tie_takes_no_compression(procedure):
-    flow, settings = PROCEDURES[procedure]
     towards_the_pier = solve(
-        tied(tied_blocks(2.0), [tie_at(1.9, "b0", yield_force="5 kN")]), push(-1, 0, 0), flow, **settings
+        tied(tied_blocks(2.0), [tie_at(1.9, "b0", yield_force="5 kN")]), push(-1, 0, 0), **PROCEDURES[procedure]
     )
     assert towards_the_pier.load_factor == pytest.approx(0.25, rel=1e-5)
     assert towards_the_pier.ties.loc["tie", "state"] == "slack"
@@ -142,8 +125,7 @@ def test_prestress_presses_a_joint_that_slides_without_dilatancy(procedure):
     # Sliding does not make it longer: it keeps its prestress. Dilatant, it yields.
     tie = bs.Tie("tie", *ends, yield_force="20 kN", prestress="8 kN")
     model = tied([ground, block], [tie], 0.3)
-    flow, settings = PROCEDURES[procedure]
-    result = solve(model, push(1, 0, 0), flow, **settings)
+    result = solve(model, push(1, 0, 0), **PROCEDURES[procedure])
     assert result.load_factor == pytest.approx(0.3 * (1 + 8 / 40), rel=1e-3)
     assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.3 * (1 + 20 / 40), rel=1e-6)
 
@@ -243,14 +225,8 @@ def leaning():
         box("slab", -1.5, 0, 0, 0.3, 1, 2),
     ]
     places = {"t": [("pier", -2.5, 1.5), ("b", 0.7, 1.5)], "w": [("post", 2.5, 1.9), ("slab", -1.2, 1.9)]}
-    return tied(
-        blocks,
-        [
-            bs.Tie(name, *((to, Q_([x, 0.5, z], "m")) for to, x, z in of), yield_force="20 kN")
-            for name, of in places.items()
-        ],
-        mu=0.7,
-    )
+    ends = {name: [(to, Q_([x, 0.5, z], "m")) for to, x, z in of] for name, of in places.items()}
+    return tied(blocks, [bs.Tie(name, *both, yield_force="20 kN") for name, both in ends.items()], mu=0.7)
 
 
 @pytest.mark.parametrize("wanted", [0.1, 0.3, 0.6])
@@ -311,24 +287,17 @@ def in_frame(model, R, shift, scale, order):
 @pytest.mark.parametrize("procedure", ["associative", "fictitious", "loading path"])
 def test_units_frame_and_numbering_do_not_matter(procedure):
     tie = tie_at(2.3, "b1", yield_force="6 kN", prestress="1 kN")
-    bar = bs.ties.BondedBar(
-        "bar",
-        Q_([0.2, 0.4, -0.5], "m"),
-        Q_([0.2, 0.4, 2.3], "m"),
-        diameter="10 mm",
-        bond_strength="0.2 MPa",
-        yield_force="5 kN",
-    )
+    given = {"diameter": "10 mm", "bond_strength": "0.2 MPa", "yield_force": "5 kN"}
+    bar = bs.ties.BondedBar("bar", "[0.2, 0.4, -0.5] m", "[0.2, 0.4, 2.3] m", **given)
     model = tied(tied_blocks(1.0, 1.5), [tie, bar])
-    flow, settings = PROCEDURES[procedure]
-    here = solve(model, push(1, 0.2, 0), flow, **settings)
+    here = solve(model, push(1, 0.2, 0), **PROCEDURES[procedure])
     R = rotation((1, 2, 3), 0.7)
     other = in_frame(model, R, np.array([5.0, -3.0, 2.0]), 1e3, [3, 1, 0, 2])
     gravity = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
-    there = solve(other, push(*(R @ [1, 0.2, 0])), flow, gravity, **settings)
+    there = solve(other, push(*(R @ [1, 0.2, 0])), dead=gravity, **PROCEDURES[procedure])
     assert here.certificate.holds
     assert there.load_factor == pytest.approx(here.load_factor, rel=1e-6 if procedure == "associative" else 2e-3)
-    assert there.load_factor > 1.2 * solve(model.with_ties(()), push(1, 0.2, 0), flow, **settings).load_factor
+    assert there.load_factor > 1.2 * solve(model.with_ties(()), push(1, 0.2, 0), **PROCEDURES[procedure]).load_factor
 
 
 @pytest.mark.parametrize("force", ["20 MN", "20 GN"])

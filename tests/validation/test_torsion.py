@@ -28,22 +28,14 @@ WEIGHT = 20e3 * HEIGHT
 
 def block(torsion="uniform pressure", width=1.0, R=None, **joint):
     """Model of a block of 1 m by ``width`` on a base."""
-    blocks = [
-        box("base", [-1, -1, -0.5], [3, 2 + width, 0.5], fixed=True),
-        box("block", [0, 0, 0], [1, width, HEIGHT]),
-    ]
+    blocks = [box("base", [-1, -1, -0.5], [3, 2 + width, 0.5], fixed=True), box("block", [0, 0, 0], [1, width, HEIGHT])]
     blocks = blocks if R is None else moved(blocks, R)
     return model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion, **joint))
 
 
 #: Two forces of 1 N, one metre apart, in the plane of the joint.
-COUPLE = bs.LoadPattern(
-    "couple",
-    [
-        bs.PointLoad("block", Q_([0.5, 0, 0], "m"), Q_([1, 0, 0], "N")),
-        bs.PointLoad("block", Q_([0.5, 1, 0], "m"), Q_([-1, 0, 0], "N")),
-    ],
-)
+FORCES = [bs.PointLoad("block", Q_([0.5, y, 0], "m"), Q_([x, 0, 0], "N")) for y, x in ((0, 1), (1, -1))]
+COUPLE = bs.LoadPattern("couple", FORCES)
 
 
 def solve(model, variable, flow="associative", dead=SELF_WEIGHT, **settings):
@@ -307,10 +299,7 @@ def test_torque_counts_with_the_shear_next_to_it(y):
 )
 def test_narrow_joints_pushed_off_their_middle_have_a_note(a, b, beside, exact, torsion):
     """Neither the corners nor the ellipse is on the safe side there, by up to 13 %."""
-    blocks = [
-        box("base", [-6, -6, -1], [12, 12, 1], fixed=True),
-        box("block", [-a / 2, -b / 2, 0], [a, b, 0.3]),
-    ]
+    blocks = [box("base", [-6, -6, -1], [12, 12, 1], fixed=True), box("block", [-a / 2, -b / 2, 0], [a, b, 0.3])]
     model = model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion))
     weight = 20e3 * a * b * 0.3
     across = bs.LoadPattern("across", [bs.PointLoad("block", Q_([beside, 0, 0], "m"), Q_([0, weight, 0], "N"))])
@@ -397,13 +386,8 @@ def test_torsion_of_a_block_that_does_not_move_has_a_note(flow):
         box("pier", [2, 0, 0], [0.3, 1, 1]),
     ]
     rocking = 0.15 * 0.3 * STONE.unit_weight / (0.999 * turning)
-    both = bs.LoadPattern(
-        "both",
-        [
-            bs.Moment("block", Q_([0, 0, 1], "N m")),
-            bs.PointLoad("pier", Q_([2, 0.5, 1], "m"), Q_([rocking, 0, 0], "N")),
-        ],
-    )
+    force = bs.PointLoad("pier", Q_([2, 0.5, 1], "m"), Q_([rocking, 0, 0], "N"))
+    both = bs.LoadPattern("both", [bs.Moment("block", Q_([0, 0, 1], "N m")), force])
     corners, limited = (
         solve(model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion)), both, flow)
         for torsion in ("corners", "uniform pressure")

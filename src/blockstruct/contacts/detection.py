@@ -29,13 +29,11 @@ from blockstruct.model import (
     DetectionTolerances,
     FoundContact,
     Interface,
-    SameBlocks,
     check_unrepeated,
     checked_tuple,
     lies_between,
-    overlaps,
 )
-from blockstruct.model.fit import OVERLAP
+from blockstruct.model.fit import OVERLAP, Same, overlaps, same_blocks
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
 
@@ -110,16 +108,16 @@ def detect_interfaces(
     size = float(np.mean([b.volume for b in blocks if not b.fixed] or [1.0]) ** (1 / 3))
     limits = _tolerances(size, tolerance, angle_tolerance, area_tolerance)
 
-    detection = _detection(SameBlocks(blocks), size, limits, known)
+    detection = _detection(same_blocks(blocks), size, limits, known)
     interfaces = (*known, *(i.with_joint_material(rule(i)) for i in detection.interfaces))
     check_rules_fit(joint_material, interfaces, who)
     return Detection(interfaces, detection.report, tuple(blocks))
 
 
 @lru_cache(maxsize=1)
-def _detection(same: SameBlocks, size: float, limits: DetectionTolerances, known: tuple[Interface, ...]) -> Detection:
+def _detection(same: Same[Block], size: float, limits: DetectionTolerances, known: tuple[Interface, ...]) -> Detection:
     """Return the interfaces beyond the known ones, without joint materials, and the report on all."""
-    blocks = same.blocks
+    blocks = same.items
     explicit_pairs = {frozenset((i.minus, i.plus)) for i in known}
     interfaces: list[Interface] = []
     unknown = math.nan

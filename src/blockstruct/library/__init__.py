@@ -20,13 +20,4 @@ from blockstruct.library.entry import Entry, Range
 from blockstruct.library.joints import JOINTS, DryJoint, joint
 from blockstruct.library.masonry import MASONRY, Masonry, masonry
 
-__all__ = [
-    "JOINTS",
-    "MASONRY",
-    "DryJoint",
-    "Entry",
-    "Masonry",
-    "Range",
-    "joint",
-    "masonry",
-]
+__all__ = ["JOINTS", "MASONRY", "DryJoint", "Entry", "Masonry", "Range", "joint", "masonry"]

@@ -205,10 +205,7 @@ class LimitProblem:
         size = _magnitudes(self.w_L) * self.wrench_unit
         unit = float(size.sum() / self.wrench_unit[size > 0].sum())
         return replace(
-            self,
-            w_L=self.w_L / unit,
-            displacement_unit=self.displacement_unit * unit,
-            load_unit=self.load_unit * unit,
+            self, w_L=self.w_L / unit, displacement_unit=self.displacement_unit * unit, load_unit=self.load_unit * unit
         )
 
     @property

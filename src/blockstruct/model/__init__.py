@@ -18,7 +18,6 @@ from blockstruct.model.detection_report import (
     FoundContact,
     lies_between,
 )
-from blockstruct.model.fit import SameBlocks, overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.loads import (
     LOAD_KINDS,
@@ -68,9 +67,7 @@ __all__ = [
     "DetectionReport",
     "DetectionTolerances",
     "FoundContact",
-    "SameBlocks",
     "lies_between",
-    "overlaps",
     # loads
     "AreaLoad",
     "BodyForce",

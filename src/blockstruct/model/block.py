@@ -73,13 +73,7 @@ class Block(ModelObject):
 
     @classmethod
     def box(
-        cls,
-        name: str,
-        origin: VectorLike,
-        size: VectorLike,
-        material: Material,
-        *,
-        fixed: bool | Iterable[str] = False,
+        cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool | Iterable[str] = False
     ) -> Self:
         """Return an axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 

@@ -17,12 +17,7 @@ MOST_DIRECTIONS = 360
 
 
 def direction_cases(
-    dead: LoadPattern,
-    directions: Any = 8,
-    *,
-    vertical: Any = 0.0,
-    flow: Flow = Flow.NONASSOCIATIVE,
-    name: str = "push",
+    dead: LoadPattern, directions: Any = 8, *, vertical: Any = 0.0, flow: Flow = Flow.NONASSOCIATIVE, name: str = "push"
 ) -> list[LimitCase]:
     """Return limit cases whose variable load is the weight as a horizontal push.
 

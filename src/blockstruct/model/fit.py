@@ -5,9 +5,10 @@ Detections and models use the same functions: a model accepts every interface of
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
@@ -22,6 +23,7 @@ from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import counted, listed
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 #: Largest penetration, relative to the mean block size: of any two blocks (rounding), and of two joined blocks.
 OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
@@ -35,35 +37,21 @@ OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
 COVERED = 1e-3
 
 
-class _ByKey:
-    """Arguments that count as equal if their keys are, for functions that keep their last result.
+@frozen
+class Same(Generic[T]):
+    """Blocks or interfaces that count as equal if their keys are, for functions that keep their last result.
 
     A study builds one geometry for many runs.
     """
 
-    _key: tuple[Any, ...]
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, type(self)) and self._key == other._key
-
-    def __hash__(self) -> int:
-        return hash(self._key)
+    items: tuple[T, ...] = field(eq=False)
+    key: tuple[Any, ...]
 
 
-class SameBlocks(_ByKey):
-    """Blocks that count as equal if their names, supports and shapes are equal, whatever their materials."""
-
-    def __init__(self, blocks: Sequence[Block]) -> None:
-        self.blocks = tuple(blocks)
-        self._key = tuple((b.name, b.fixed, b.shape.faces, b.shape.vertices.tobytes()) for b in blocks)
-
-
-class _SameInterfaces(_ByKey):
-    """Interfaces that count as equal if their blocks and polygons are equal, whatever their joint materials."""
-
-    def __init__(self, interfaces: Sequence[Interface]) -> None:
-        self.interfaces = tuple(interfaces)
-        self._key = tuple((i.name, i.minus, i.plus, i.polygon.tobytes()) for i in interfaces)
+def same_blocks(blocks: Sequence[Block]) -> Same[Block]:
+    """Return blocks that are equal to those of the same names, supports and shapes, whatever their materials."""
+    key = ((b.name, b.fixed, b.shape.faces, b.shape.vertices.tobytes()) for b in blocks)
+    return Same(tuple(blocks), tuple(key))
 
 
 def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None) -> list[tuple[int, int, float]]:
@@ -146,14 +134,16 @@ def check_interfaces(
         If an interface does not lie on its blocks, or covers a second interface.
     """
     if interfaces:
-        _check_interfaces(who, SameBlocks(blocks), _SameInterfaces(interfaces), detection, size)
+        # Whatever their joint materials.
+        key = tuple((i.name, i.minus, i.plus, i.polygon.tobytes()) for i in interfaces)
+        _check_interfaces(who, same_blocks(blocks), Same(tuple(interfaces), key), detection, size)
 
 
 @lru_cache(maxsize=1)
 def _check_interfaces(
-    who: str, same_blocks: SameBlocks, same: _SameInterfaces, detection: DetectionReport | None, size: float
+    who: str, of: Same[Block], same: Same[Interface], detection: DetectionReport | None, size: float
 ) -> None:
-    blocks, interfaces = same_blocks.blocks, same.interfaces
+    blocks, interfaces = of.items, same.items
     shapes = [b.shape for b in blocks]
     known = {b.name: k for k, b in enumerate(blocks)}
     ends = np.array([(known[i.minus], known[i.plus]) for i in interfaces])
