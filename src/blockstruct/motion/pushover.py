@@ -57,7 +57,7 @@ JAMS = 100.0
 #: Share of inertia in the work of the last step above which blocks fall. Speed, relative to the fastest block, above
 #: which a moving block is named.
 MOSTLY = 0.5
-#: Largest number of states, relative to the requested number of steps.
+#: Largest number of states, and of falls in a row, relative to the requested number of steps.
 PATIENCE = 5
 #: Requested number of steps that this limit assumes if fewer are requested.
 FEW = 20
@@ -158,7 +158,9 @@ class _Path:
         #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         #: Ways up to each state of the curve, and to the one after the last, m.
-        self._ways, self._fallen, self._states = [0.0], 0.0, 0
+        self._ways = [0.0]
+        #: Way, m, and number of steps in which blocks have fallen since they last rested.
+        self._fallen, self._falls = 0.0, 0
         #: Start of the last step, s, and its iterations.
         self._start, self._spent = perf_counter(), 0
         #: The last state in which nothing falls, whose motion continues.
@@ -169,7 +171,7 @@ class _Path:
         self._course.take(state)
         if len(self._course.curve) == len(self._ways):
             self._ways.append(self._ways[-1] + self._way(state))
-        self._states += bool(self._course.curve)
+        self._falls = self._falls + 1 if state.falls else 0
         if not state.falls:
             self._going = state
         furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
@@ -226,7 +228,8 @@ class _Path:
             return reached
         if self._fallen > self._length:
             return CurveEnd.FALLS
-        return CurveEnd.LIMIT_REACHED if self._states > PATIENCE * max(self._steps, FEW) else None
+        states = max(len(self._course.curve), self._falls)
+        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, FEW) else None
 
     def _reached(self) -> CurveEnd | None:
         return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
