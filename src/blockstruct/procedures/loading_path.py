@@ -110,14 +110,18 @@ def _followed(
         return PathEnd.NO_DEAD_LOAD_STATE, None
     yield last
     best: Found | None = None
-    closed, exact, attempts = last, False, 0
+    newest, exact, attempts = last, False, 0
     while not exact and attempts < ATTEMPTS:
+        before = last
         last, settled = yield from _until_settled(path, last, bound, careful=attempts > 0)
+        newest = newest if last is before else last
         if not settled:
+            # The path has left the plateau on which it was closed.
+            best = None if best is None else replace(_found(path, best.state), settled=False)
             break
         forces, previous_gap, is_promising = _near(path, last), np.inf, True
         while is_promising and attempts < ATTEMPTS:
-            closed = yield from close_path(path, forces, settings, solver)
+            newest = closed = yield from close_path(path, forces, settings, solver)
             attempts += 1
             gap = path.gap(closed)
             if closed.certificate.holds:
@@ -131,7 +135,7 @@ def _followed(
         exact = best is not None and best.settled and path.gap(best.state) <= CLOSED
         path.refine()
     if best is not None:
-        if best.state is not closed:
+        if best.state is not newest:
             # The last iteration of a history is the certified one.
             yield best.state
         return PathEnd.CLOSED, best
