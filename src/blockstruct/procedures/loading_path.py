@@ -85,7 +85,6 @@ def loading_path(
     (other,) = _KINDS.keys() - {settings.path_steps}
     half_steps = (settings, 2)
     other_kind = (replace(settings, path_steps=other), 1)
-    latest = found
     for attempt, divisor in (half_steps, other_kind):
         if end is PathEnd.CLOSED and found is not None and found.settled:
             break
@@ -95,9 +94,6 @@ def loading_path(
         latest_end, latest = yield from _followed(repeated, bound, attempt, solver)
         if latest_end is PathEnd.CLOSED and latest is not None and (end is not PathEnd.CLOSED or latest.settled):
             end, found = latest_end, latest
-    if end is PathEnd.CLOSED and found is not None and found is not latest:
-        # The last iteration of a history is the certified one.
-        yield found.state
     return end, found
 
 
@@ -110,18 +106,16 @@ def _followed(
         return PathEnd.NO_DEAD_LOAD_STATE, None
     yield last
     best: Found | None = None
-    newest, exact, attempts = last, False, 0
+    exact, attempts = False, 0
     while not exact and attempts < ATTEMPTS:
-        before = last
         last, settled = yield from _until_settled(path, last, bound, careful=attempts > 0)
-        newest = newest if last is before else last
         if not settled:
             # The path has left the plateau on which it was closed.
             best = None if best is None else replace(_found(path, best.state), settled=False)
             break
         forces, previous_gap, is_promising = _near(path, last), np.inf, True
         while is_promising and attempts < ATTEMPTS:
-            newest = closed = yield from close_path(path, forces, settings, solver)
+            closed = yield from close_path(path, forces, settings, solver)
             attempts += 1
             gap = path.gap(closed)
             if closed.certificate.holds:
@@ -135,9 +129,6 @@ def _followed(
         exact = best is not None and best.settled and path.gap(best.state) <= CLOSED
         path.refine()
     if best is not None:
-        if best.state is not newest:
-            # The last iteration of a history is the certified one.
-            yield best.state
         return PathEnd.CLOSED, best
     if attempts:
         return PathEnd.NOT_CERTIFIED, None

@@ -242,6 +242,7 @@ def _concluded(
     the variable load. It does not prove this without dilatancy.
     """
     load_factors, watched, n = [first.load_factor], ray is not None, 1 if ray is None else 2
+    step = first
     while True:
         try:
             step = next(steps)
@@ -265,6 +266,9 @@ def _concluded(
         return Outcome(Status.NOT_CONVERGED, np.nan, reason, drift=found.drift, path_end=end)
     if found is None:
         return replace(given_up(problem, Reason.NO_CERTIFICATE, programs=n), path_end=end)
+    if found.state is not step:
+        # The last iteration of a history is the certified one.
+        yield found.state
     outcome = replace(_collapse(problem, found), path_end=end)
     if _is_answer(problem, outcome):
         return outcome
