@@ -479,7 +479,7 @@ class _Path:
         """
         least = WIDEST * self._length / 4
         fallen = float(np.linalg.norm(last.velocity, axis=1).max()) * last.motion_time
-        return GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2 if fallen < least / 4 else least
+        return max(least, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2) if fallen < least / 4 else least
 
     def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
         """Return the share of the step of a state at which the load factor is nearly zero; one if it stays above."""
