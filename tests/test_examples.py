@@ -57,7 +57,6 @@ def test_tilting_table(tmp_path):
 
 @pytest.mark.slow
 def test_pier_and_spandrel(capsys):
-    """Its 485 blocks take a quarter of a minute a strength."""
     shear = load("pier_spandrel").main()
     assert shear == pytest.approx({"infinite": 202.1, "4 MPa": 180.5, "2 MPa": 156.6}, rel=5e-3)
     assert "base shear" in capsys.readouterr().out
@@ -81,7 +80,6 @@ def test_arch():
 
 @pytest.mark.slow
 def test_dome():
-    """Its two domes take ten seconds."""
     factors = load("dome").main()
     assert factors == pytest.approx({0.7: 0.651, 0.5: 0.448}, rel=5e-3)
 
@@ -142,7 +140,6 @@ def test_examples_are_short():
 
 @pytest.mark.slow
 def test_sinking_abutment(tmp_path):
-    """Its curve takes ten seconds, most of them for the fall."""
     assert load("sinking_abutment").main(tmp_path) == pytest.approx(1.876, rel=5e-3)
     assert (tmp_path / "sinking_abutment.png").is_file()
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from meshes import CUBE, QUADS, obj_text
+from meshes import CUBE, objects_text, saved
 
 STONE = ["--unit-weight", "20 kN/m^3", "--friction", "0.6"]
 
@@ -13,14 +13,8 @@ STONE = ["--unit-weight", "20 kN/m^3", "--friction", "0.6"]
 @pytest.fixture
 def stack(tmp_path):
     """Three cubes of 0.5 m, in mm."""
-    text = "".join(
-        f"o stone {k}\n"
-        + obj_text([(500 * x, 500 * y, 500 * (z + k)) for x, y, z in CUBE], [[i - 9 for i in f] for f in QUADS])
-        for k in range(3)
-    )
-    path = tmp_path / "stack.obj"
-    path.write_text(text, encoding="utf-8")
-    return path
+    cubes = {f"stone {k}": [(500 * x, 500 * y, 500 * (z + k)) for x, y, z in CUBE] for k in range(3)}
+    return saved(tmp_path, "stack.obj", objects_text(cubes))
 
 
 def test_import_check_and_run(call, stack, tmp_path):
@@ -41,13 +35,9 @@ def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_
     stones = [[(x * 0.9 + k * 0.902, y, z * 0.5) for x, y, z in CUBE] for k in range(2)]
     stones[0][0] = (0, 0, -0.002)
     slab = [(3 * x - 0.5, 2 * y - 0.5, z * 0.3 - 0.3) for x, y, z in CUBE]
-    text = "".join(
-        f"o {name}\n" + obj_text(vertices, [[i - 9 for i in f] for f in QUADS])
-        for name, vertices in zip(("slab", "low", "level"), (slab, *stones), strict=True)
-    )
-    (tmp_path / "a.obj").write_text(text, encoding="utf-8")
+    path = saved(tmp_path, "a.obj", objects_text({"slab": slab, "low": stones[0], "level": stones[1]}))
     model = tmp_path / "m.yaml"
-    code, out, err = call("import", tmp_path / "a.obj", "-o", model, "--unit", "m", "--fix", "slab", *STONE)
+    code, out, err = call("import", path, "-o", model, "--unit", "m", "--fix", "slab", *STONE)
     assert (code, err) == (0, "")
     assert "1 joint closed that repairs of its faces opened" in out
     assert "slab | low: " in out

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from meshes import CUBE, QUADS
+from meshes import CUBE, QUADS, objects_text, saved
 from refusals import refused
 from structures import STONE, model_of, push, solve
 
@@ -37,13 +37,8 @@ def read(path, **options):
 
 def mesh(path, shift=0.0):
     """Two blocks, one on the other."""
-    lines, corners = [], 0
-    for k, name in enumerate(("pier 1", "pier 2")):
-        lines += [f"o {name}", *(f"v {x} {y} {z + k + shift}" for x, y, z in BODY)]
-        lines += ["f " + " ".join(str(i + 1 + corners) for i in face) for face in QUADS]
-        corners += 8
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+    bodies = {f"pier {k + 1}": np.add(BODY, [0, 0, k + shift]) for k in range(2)}
+    return saved(path.parent, path.name, objects_text(bodies))
 
 
 @pytest.mark.parametrize("down", [False, True])

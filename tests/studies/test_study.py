@@ -23,10 +23,6 @@ def load_factors(data):
     return data.load_factor.sel(case="push").to_numpy().round(6).tolist()
 
 
-def files(folder):
-    return sorted(p.name for p in folder.rglob("*") if p.is_file())
-
-
 def test_a_grid_of_the_contract(tmp_path):
     """Sliding at μ, rocking at b / h: α = min(μ, b / h)."""
     heights = Q_([100, 50], "cm")
