@@ -105,14 +105,12 @@ def test_supports_of_some_motions(tmp_path):
         read(path, fixed=["pier 2:u"])
 
 
-def test_the_command_holds_a_wall_at_its_head(call, tmp_path):
+def test_the_command_holds_a_wall_at_its_head(done, tmp_path):
     words = ("--unit", "m", "--unit-weight", "20 kN/m3", "--friction", "1.2", "--ground", "0 m", "--fix", "pier 2:x")
-    code, out, err = call("import", mesh(tmp_path / "a.obj"), "-o", tmp_path / "a.yaml", *words)
-    assert code == 0, err
+    out = done("import", mesh(tmp_path / "a.obj"), "-o", tmp_path / "a.yaml", *words)
     assert "a fixed block 'ground' added, its top at 0 m" in out
     assert "1 support of some motions: pier 2 holds x" in out
-    code, out, err = call("run", tmp_path / "a.yaml")
-    assert code == 0, err
+    out = done("run", tmp_path / "a.yaml")
     # As tests/validation/test_rollers.py: t (3 a + 2 c) / a², and −W (α + t / c).
     assert "collapses at load factor 2.5 " in out
     assert "Support pier 2 holds x with -30 kN." in out
