@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.planes import Planes
 from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT
 from blockstruct.model import Block
@@ -200,4 +200,4 @@ class Imported:
 
     blocks: tuple[Block, ...]
     report: ImportReport
-    moves: Mapping[str, NDArray[np.float64]] = field(repr=False, compare=False)
+    moves: Mapping[str, Array] = field(repr=False, compare=False)
