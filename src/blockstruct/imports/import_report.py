@@ -131,11 +131,6 @@ class ImportReport:
         )
 
     @property
-    def largest_move(self) -> float:
-        """Largest distance, m, by which a vertex moved into the planes of its faces."""
-        return max((r.amount for r in self.repairs if r.kind == "flattened"), default=0.0)
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """Findings to check, one text per item."""
         texts = [self._unlikely_size] if self._unlikely_size else []
