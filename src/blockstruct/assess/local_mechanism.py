@@ -28,14 +28,14 @@ from blockstruct.assess.participation import HorizontalForces, Participation, of
 from blockstruct.assess.rotation import RigidRotation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
-from blockstruct.assess.tolerances import ACCURACY, OTHER_CURVE
+from blockstruct.assess.tolerances import OTHER_CURVE
 from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
-from blockstruct.results.mechanism import TOGETHER
+from blockstruct.results.mechanism import ACCURACY, TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed
 
