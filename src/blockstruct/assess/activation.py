@@ -26,8 +26,8 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.limit import ConicProgram, LimitProblem, ProcedureSettings, Sliding
@@ -39,9 +39,6 @@ from blockstruct.results import CaseResult, MacroBlock, division_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Accuracy of the programs.
 _ACCURATE = 1e-8

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
 from blockstruct.assess.limit_states import METHODS, LimitState
@@ -74,7 +74,7 @@ class LocalMechanismCheck:
 
     result: CaseResult
     alpha0: float
-    direction: NDArray[np.float64]
+    direction: Array
     bodies: tuple[MacroBlock, ...]
     participation: Participation
     participation_of_blocks: Participation

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.text import Note, assessment
@@ -34,7 +34,7 @@ class WayOfChecking:
     alpha: float
     e_star: float
     state: LimitState
-    motion: NDArray[np.float64] | None = None
+    motion: Array | None = None
     load_factor: float = 1.0
 
     def effect(self, ratio: float) -> float:

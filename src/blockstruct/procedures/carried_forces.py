@@ -167,7 +167,7 @@ def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:
     Without a load, motions that M does not resist remain undetermined.
     """
     n = len(missed)
-    M = sp.csc_array(stiffness + REGULARISATION * stiffness.diagonal().max() * sp.eye_array(n))
+    M = sp.csc_array(stiffness + REGULARISATION * stiffness.diagonal().max() * sp.eye_array(n, format="csr"))
     lu = sp.linalg.splu(M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
     if not load.any():
         push = lu.solve(missed)

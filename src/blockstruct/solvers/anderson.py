@@ -57,8 +57,8 @@ class Anderson:
         self._products[place, : self._known] = self._products[: self._known, place] = np.einsum(
             "ij,j->i", known, self._changes[place]
         )
-        matrix = self._products[: self._known, : self._known]
-        matrix = matrix + (REGULARISATION * np.trace(matrix) + TINY) * np.eye(self._known)
+        matrix = self._products[: self._known, : self._known].copy()
+        matrix.flat[:: self._known + 1] += REGULARISATION * np.trace(matrix) + TINY
         share = np.linalg.solve(matrix, np.einsum("ij,j->i", known, change))
         return np.asarray(after - np.einsum("i,ij->j", share, self._points[: self._known]))
 
@@ -81,7 +81,7 @@ class Iteration(Protocol):
 
 
 def accelerate(
-    iteration: Iteration, weight: Array, *, tolerance: float, patience: int, enough: float = 0.0, brief: int = 0
+    iteration: Iteration, weight: Array, *, patience: int, tolerance: float = 0.0, enough: float = 0.0, brief: int = 0
 ) -> tuple[int, float]:
     """Iterate until the residual is below the tolerance, or no longer falls.
 

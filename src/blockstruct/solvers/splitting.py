@@ -140,12 +140,12 @@ class _Rows:
         Rows of a state in this order.
     discs : (D,) array
         Cones whose first row is a resistance: the cones of contact points, and the second cones of uniform torsion.
-    E, offset : (R, X) sparse array and (R,) array
-        Conditions in this order.
-    resists, resistance : (D, X) sparse array and (D,) array
-        Resistance ``resists x + resistance`` of each disc.
-    dilates : (X, D) sparse array
-        Relative displacements for unit slips.
+    dilates : bool
+        Whether a disc dilates as it slips.
+    E, offset : (R + D, X) sparse array and (R + D,) array
+        Conditions in this order, then the resistance of each disc.
+    ET : (X, R + D) sparse array
+        Relative displacements for unit multipliers of the conditions, then for unit slips.
     """
 
     def __init__(self, contact: ContactProblem) -> None:
@@ -156,13 +156,15 @@ class _Rows:
         self._cones = np.setdiff1d(np.arange(cones), self.discs)
         first, others = lines + 3 * self.discs, lines + 3 * self._cones
         self.order = np.concatenate([np.arange(lines), first + 1, first + 2, (others[:, None] + np.arange(3)).ravel()])
-        self._s, self._t = (slice(lines + k * len(first), lines + (k + 1) * len(first)) for k in (0, 1))
-        self.resists, self.dilates = sp.csr_array(own.E[first]), sp.csr_array(own.F[first].T)
-        self.dilates.eliminate_zeros()
-        self.resistance = own.offset.soc[self.discs, 0]
+        self._shear, self._after = slice(lines, lines + 2 * len(first)), slice(lines + 2 * len(first), len(self.order))
+        dilates = sp.csc_array(own.F[first].T)
+        dilates.eliminate_zeros()
+        self.dilates = dilates.nnz > 0
         self._convex = np.ones(own.E.shape[0])
         self._convex[first] = 0.0
-        self.E, self.offset = sp.csr_array(own.E[self.order]), own.offset.rows[self.order]
+        outputs = np.concatenate([self.order, first])
+        self.E, self.offset = sp.csr_array(own.E[outputs]), own.offset.rows[outputs]
+        self.ET = sp.hstack([own.E[self.order].T, dilates], format="csr")
         self._members = [
             np.concatenate(
                 [(lines + 3 * g.cones[:, :, None] + np.arange(3)).reshape(len(g.cones), -1), g.lines], axis=1
@@ -218,28 +220,35 @@ class _Rows:
         inverse.eliminate_zeros()
         return inverse
 
+    def weighted(self, weight: Array) -> sp.csr_array:
+        """Return ``ET`` with weights (R,) of the conditions."""
+        ET = self.ET
+        data = ET.data * np.concatenate([weight, np.ones(len(self.discs))])[ET.indices]
+        return sp.csr_array((data, ET.indices, ET.indptr), shape=ET.shape)
+
     def projected(self, rows: Array, resistance: Array) -> Array:
         """Return the nearest rows that satisfy every condition separately."""
-        nearest = rows.copy()
+        nearest = np.empty_like(rows)
         np.maximum(rows[: self._lines], 0.0, out=nearest[: self._lines])
-        size = np.maximum(self.slip(rows), 1e-300)
-        share = np.minimum(resistance / size, 1.0, out=size)
-        nearest[self._s] *= share
-        nearest[self._t] *= share
+        share = resistance / np.maximum(self.slip(rows), 1e-300)
+        np.multiply(self.shear(rows), np.minimum(share, 1.0, out=share), out=self.shear(nearest))
         if len(self._cones):
-            others = ConeVector(nearest[self._t.stop :].reshape(-1, 3), np.zeros(0))
-            nearest[self._t.stop :] = others.clipped(0.0, np.inf).soc.ravel()
+            others = ConeVector(rows[self._after].reshape(-1, 3), np.zeros(0))
+            nearest[self._after] = others.clipped(0.0, np.inf).soc.ravel()
         return nearest
 
+    def shear(self, rows: Array) -> Array:
+        """Return a view of both directions of sliding, (2, D)."""
+        return rows[self._shear].reshape(2, -1)
+
     def slip(self, rows: Array) -> Array:
-        s, t = rows[self._s], rows[self._t]
-        size: Array = np.sqrt(s * s + t * t)
-        return size
+        s, t = np.square(self.shear(rows))
+        return np.asarray(np.sqrt(s + t))
 
     def as_cones(self, rows: Array, first: Array) -> ConeVector:
         soc = np.empty((len(self.discs) + len(self._cones), 3))
-        soc[self.discs] = np.column_stack([first, rows[self._s], rows[self._t]])
-        soc[self._cones] = rows[self._t.stop :].reshape(-1, 3)
+        soc[self.discs] = np.column_stack([first, *self.shear(rows)])
+        soc[self._cones] = rows[self._after].reshape(-1, 3)
         return ConeVector(soc, rows[: self._lines].copy())
 
 
@@ -258,66 +267,72 @@ class _Alternation:
     def __init__(self, contact: ContactProblem, rows: _Rows, step: Step, guess: ContactState, penalty: float) -> None:
         weights = penalty * rows.weights(guess.x)
         H, weight = rows.inverse(weights), weights[rows.order]
-        AH = sp.csr_array(contact.A @ H)
-        self._solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
         self._rows, self._step, self._weight = rows, step, weight
-        self._w_D, self._w_L = contact.problem.w_D, contact.problem.w_L
+        # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities. All three
+        # are parts of one array of inputs.
+        size, targets = len(weight), len(weight) + len(rows.discs)
+        self._inputs = np.zeros(targets + contact.A.shape[0])
+        self._targets, self._u = np.split(self._inputs, [targets])
+        AH, weighted = contact.A @ H, rows.weighted(weight)
+        self._of_targets, self._of_motion = H @ weighted, sp.csr_array(-AH.T)
+        self._targets[:size] = weight * rows.offset[:size]
+        self._at_rest = H @ (contact.compliance * step.reference - step.opening - rows.ET @ self._targets)
+        self._outputs = sp.hstack([rows.E @ self._of_targets, rows.E @ self._of_motion], format="csr")
+        self._outputs_at_rest = rows.E @ self._at_rest + rows.offset
+        self._pulls, self._loads = AH @ weighted, contact.A @ self._at_rest + contact.problem.w_D
+        self._solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
+        self._w_L, self._least = contact.problem.w_L, max(norm(contact.problem.w_D), 1e-300)
         self._push = self._solve(self._w_L)
         self._stiffness = dot(self._w_L, self._push)
-        # Forces are linear in the targets of the conditions, the dilatant slip rates and the velocities.
-        targets = sp.csr_array(sp.hstack([rows.E.T @ sp.diags_array(weight), rows.dilates]))
-        self._of_targets, self._of_motion = sp.csr_array(H @ targets), sp.csr_array(-AH.T)
-        self._at_rest = H @ (contact.compliance * step.reference - step.opening - rows.E.T @ (weight * rows.offset))
-        self._loads, self._pulls = contact.A @ self._at_rest + self._w_D, sp.csr_array(AH @ targets)
-        both = sp.csr_array(sp.vstack([rows.E, rows.resists]))
-        self._both = sp.csr_array(sp.hstack([both @ self._of_targets, both @ self._of_motion]))
-        self._both_at_rest = both @ self._at_rest + np.concatenate([rows.offset, rows.resistance])
         self._y, self._dual = guess.y.rows[rows.order], -guess.z.rows[rows.order] / weight
-        self._moved = self._y + self._dual
-        self._resistance, self._slip = guess.y.soc[rows.discs, 0], guess.z.soc[rows.discs, 0]
+        self._point = np.concatenate([self._y + self._dual, guess.y.soc[rows.discs, 0], guess.z.soc[rows.discs, 0]])
+        self._moved, self._resistance, self._slip = np.split(self._point, [size, targets])
         of_slip = np.zeros(len(rows.discs))
         self.measure = np.sqrt(np.concatenate([weight, of_slip + np.median(weight), of_slip]))
 
     @property
     def point(self) -> Array:
-        return np.concatenate([self._moved, self._resistance, self._slip])
+        return self._point.copy()
 
     def move(self, point: Array) -> None:
-        rows, discs = len(self._moved), len(self._resistance)
+        rows = len(self._moved)
         np.maximum(point[rows:], 0.0, out=point[rows:])
-        self._moved, self._resistance, self._slip = np.split(point, [rows, rows + discs])
+        self._point[:] = point
         self._project()
 
     def advance(self) -> None:
-        self._targets = np.concatenate([self._y - self._dual, self._slip])
+        rows = len(self._y)
+        np.subtract(self._y, self._dual, out=self._targets[:rows])
+        self._targets[rows:] = self._slip
         b = self._pulls @ self._targets
         b += self._loads
         s = self._step.displacement
         self._alpha = 0.0 if s is None else (s - dot(self._push, b)) / self._stiffness
         b += self._alpha * self._w_L
-        self._u = self._solve(b)
-        both = self._both @ np.concatenate([self._targets, self._u])
-        both += self._both_at_rest
-        self._forces, self._wanted = both[: len(self._y)], np.maximum(both[len(self._y) :], 0.0)
-        self._resistance = self._resistance + FOLLOWS * (self._wanted - self._resistance)
+        self._u[:] = self._solve(b)
+        outputs = self._outputs @ self._inputs
+        outputs += self._outputs_at_rest
+        self._forces, self._wanted = outputs[:rows], outputs[rows:]
+        np.maximum(self._wanted, 0.0, out=self._wanted)
+        self._resistance += FOLLOWS * (self._wanted - self._resistance)
+        np.add(self._dual, self._y, out=self._moved)
+        self._moved += RELAXED * (self._forces - self._y)
         # Forces have local units and are near one. Adding and subtracting one turns tiny numbers, for which arithmetic
         # is slow, into zeros.
-        self._moved = self._dual + self._y + RELAXED * (self._forces - self._y)
         self._moved += 1.0
         self._moved -= 1.0
         self._before = self._y
         self._project()
-        if self._rows.dilates.nnz:
-            slip = self._rows.slip(-self._weight * self._dual)
-            self._slip = self._slip + FOLLOWS * (slip - self._slip)
+        if self._rows.dilates:
+            self._slip += FOLLOWS * (self._rows.slip(-self._weight * self._dual) - self._slip)
 
     def _project(self) -> None:
         self._y = self._rows.projected(self._moved, self._resistance)
-        self._dual = self._moved - self._y
+        np.subtract(self._moved, self._y, out=self._dual)
 
     def _errors(self) -> tuple[float, float, float]:
         # No forces are left if the load lifts everything.
-        size, of_friction = (max(norm(v), norm(self._w_D), 1e-300) for v in (self._y, self._resistance))
+        size, of_friction = (max(norm(v), self._least) for v in (self._y, self._resistance))
         missed, changed = norm(self._forces - self._y) / size, norm(self._y - self._before) / size
         return missed, changed, norm(self._wanted - self._resistance) / of_friction
 

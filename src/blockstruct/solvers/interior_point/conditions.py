@@ -152,7 +152,11 @@ def _inverse(H: Array) -> Array:
     """
     if H.shape[1] != 3:
         return np.asarray(np.linalg.inv(H))
-    rows = np.stack([np.cross(H[:, :, (c + 1) % 3], H[:, :, (c + 2) % 3]) for c in range(3)], axis=1)
+    after, last = [1, 2, 0], [2, 0, 1]
+    columns = H.transpose(0, 2, 1)
+    # Arrays from take are contiguous, for the products that follow.
+    one, other = columns.take(after, axis=1), columns.take(last, axis=1)
+    rows = one.take(after, axis=2) * other.take(last, axis=2) - one.take(last, axis=2) * other.take(after, axis=2)
     return np.asarray(rows / np.einsum("gi,gi->g", rows[:, 0], H[:, :, 0])[:, None, None])
 
 

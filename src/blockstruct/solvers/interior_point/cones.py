@@ -84,17 +84,16 @@ class ConeVector:
 
         It is infinite if there is no limit.
         """
-        y, d = self.soc, change.soc
-        a = d[:, 0] ** 2 - d[:, 1] ** 2 - d[:, 2] ** 2
-        b = y[:, 0] * d[:, 0] - y[:, 1] * d[:, 1] - y[:, 2] * d[:, 2]
-        c = _determinant(y)
+        y, d = self.soc.T.copy(), change.soc.T.copy()
+        squares, products = d * d, y * d
+        a, b, c = squares[0] - squares[1] - squares[2], products[0] - products[1] - products[2], _determinant(self.soc)
         with np.errstate(all="ignore"):
-            root = np.sqrt(b * b - a * c)
-            q = -(b + np.where(b >= 0, root, -root))
-            candidates = np.stack([q / a, c / q, np.where(d[:, 0] < 0, -y[:, 0] / d[:, 0], np.inf)])
-            lines = np.where(change.line < 0, -self.line / change.line, np.inf)
+            root = np.copysign(np.sqrt(b * b - a * c), b)
+            q = -(b + root)
+            candidates = np.concatenate([q / a, c / q, (-y[0] / d[0])[d[0] < 0]])
+            lines = (-self.line / change.line)[change.line < 0]
         # Without a positive real root, the ray never leaves the cone.
-        ahead = np.where(candidates > 0, candidates, np.inf)
+        ahead = candidates[candidates > 0]
         return float(min(ahead.min(initial=np.inf), lines.min(initial=np.inf)))
 
     def inverse(self) -> "ConeVector":
