@@ -529,15 +529,17 @@ def test_a_push_that_meets_a_stop():
 
 @pytest.mark.slow
 def test_units_that_slide_first_and_rock_then():
-    """Half of the steps, the same curve to half a percent of its beginning, and its zero to a thousandth: 55 units."""
+    """Half of the steps, the same curve to 2 % up to the first fall, and its zero to a thousandth: 55 units."""
     rows = [[1] * 4 if j % 2 == 0 else [0.5, 1, 1, 1, 0.5] for j in range(12)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", 0.65))
     one, other = (run(model, blocks[-1].name, (1, 0, 0), steps=steps).capacity for steps in (30, 60))
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=1e-3)
-    at = np.linspace(0.05, 0.9, 18)
+    first = min(float(curve["displacement"].where(curve["falls"] == 1).min()) for curve in (one, other))
+    at = np.linspace(0.05, first, 18)
+    assert first > 0.4
     curves = [np.interp(at, curve["displacement"], curve["load_factor"]) for curve in (one, other)]
-    assert curves[0] == pytest.approx(curves[1], abs=5e-3 * curves[1][0])
+    assert curves[0] == pytest.approx(curves[1], rel=2e-2)
 
 
 @pytest.mark.parametrize("steps", [pytest.param(12, marks=pytest.mark.slow), 20])

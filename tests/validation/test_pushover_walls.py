@@ -94,5 +94,6 @@ def test_a_large_wall_in_its_plane(tuff, dry):
     where = (curve["displacement"] > 0.01) & (curve["displacement"] < 0.4) & (curve["falls"] == 0)
     before = curve.sel(step=where)
     assert np.all(np.diff(before["load_factor"]) < 0.01)
-    # Steps grow to 70 mm.
-    assert before["energy_error"].max() < 3e-3
+    # The first steps double.
+    assert before["energy_error"].max() < 5e-3
+    assert before["energy_error"].median() < 2e-3

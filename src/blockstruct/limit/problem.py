@@ -382,7 +382,7 @@ class LimitProblem:
 
     def speed(self, v: Array, u: Array) -> float:
         """Return the largest velocity of the joints or settling supports."""
-        of_joints = float((np.linalg.norm(v, axis=1) / self.force_unit).max())
+        of_joints = float((np.linalg.norm(v, axis=1) / self.force_unit).max(initial=0.0))
         if self.settlement is None:
             return of_joints
         return float(np.maximum(of_joints, abs(u[-1]) / self.settlement.force * self.settlement.speed))

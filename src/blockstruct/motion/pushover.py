@@ -338,6 +338,8 @@ class _Path:
                 elif reach < wide:
                     reach, moved, wanted = wide, self._course.at(placement, wide), time
                     before = forces_at(moved, memory)
+                elif not paced:
+                    wanted, paced = reach / self._closing(motion), True
                 else:
                     return None
                 continue

@@ -32,7 +32,7 @@ PATIENCE, BRIEF = 150, 100
 #: successive compliances.
 COMPLIANCE, CHANGE = 3.0, 10.0
 #: Number of compliances that are tried.
-BALANCES = 6
+BALANCES = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +176,7 @@ class _Springs:
         self._compliance *= float(np.clip(unbalanced / max(incompatible, 1e-300), 1 / CHANGE, CHANGE))
         points, force, moved = self._points, self._force, self._moved
         normal = np.maximum(force[:points:3], 0.0)
-        mean = float(normal.mean()) or 1.0
+        mean = float(normal.sum()) / max(len(normal), 1) or 1.0
         size = np.concatenate([np.maximum(normal, LEAST_FORCE * mean), np.full(len(force) - points, mean)])
         slip = np.concatenate([np.linalg.norm(moved[:points].reshape(-1, 3), axis=1), np.abs(moved[points:])])
         slip = np.maximum(slip, np.sqrt((moved**2).mean()) + mean * (1 / self._elastic).mean())
