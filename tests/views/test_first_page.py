@@ -13,12 +13,13 @@ from matplotlib.figure import Figure
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.lines import HIGHER
+from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.limit import Outcome
 from blockstruct.text import Note, NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures import drawings
 from blockstruct.views.report import report_html, write_report
-from blockstruct.vocabulary import Reason
+from blockstruct.vocabulary import Reason, Way
 from structures import SELF_WEIGHT, model_of, push, settings_of, single_block
 
 SINKS = bs.SettlementCase("sinks", SELF_WEIGHT, ["ground"], "-z", flow="associative")
@@ -313,15 +314,45 @@ def test_the_summary_stays_on_one_page(rounded, others, tmp_path, monkeypatch):
 
 
 def test_each_note_stands_once_and_is_cited_by_number(stands):
-    shared, own = (Note(NoteCode.RANGE, Severity.CAUTION, words) for words in ("both.", "one."))
+    shared, own = Note(NoteCode.RANGE, Severity.CAUTION, "both."), Note(NoteCode.MASSES, Severity.CAUTION, "one.")
     good, back = (bs.assess.local_mechanism(result, 1.35, SITE) for result in stands.values())
     checks = [dataclasses.replace(good, notes=(shared,)), dataclasses.replace(back, notes=(own, shared))]
     page = report_html(stands, checks=checks)
-    assert [page.count(f"&ensp;{note.text}<") for note in (shared, own)] == [1, 1]
-    assert shared.text in head_of(page)
+    notes = re.findall(r"&ensp;(.*?)</p>", page)
+    assert [sum(note.text in text for text in notes) for note in (shared, own)] == [1, 1]
     rows = re.findall(r"<tr><td>(good|back)</td>.*?<td class=\"number\">([\d, –]+)</td></tr>", page)
     cited = {name: set(numbers.split(", ")) for name, numbers in rows}
     assert cited["good"] < cited["back"]
+
+
+def test_cautions_of_one_kind_are_one_note_of_all_their_cases(stands):
+    """Of several directions the figures of the first are stated; a warning is settled alone."""
+    first, other = (Note(NoteCode.CORNER_TORSION, Severity.CAUTION, words) for words in ("3 times.", "9 times."))
+    warnings = [Note(NoteCode.JAMMED_PART, Severity.WARNING, words) for words in ("One jams.", "Another jams.")]
+    good, back = (bs.assess.local_mechanism(result, 1.35, SITE) for result in stands.values())
+    checks = [
+        dataclasses.replace(good, notes=(first, warnings[0])),
+        dataclasses.replace(back, notes=(warnings[1], other)),
+    ]
+    notes = re.findall(r"&ensp;(.*?)</p>", report_html(stands, checks=checks))
+    assert {re.sub("^(good|back): ", "", text) for text in notes} in (
+        {"3 times. Likewise: back.", "One jams.", "Another jams."},
+        {"9 times. Likewise: good.", "One jams.", "Another jams."},
+    )
+
+
+def test_the_note_with_the_largest_effect_stands_first(check):
+    """Warnings come before it, as they are settled before the ratio counts."""
+    state = check.limit_states[check.relied_on]
+    others = tuple(
+        WayOfChecking(way, check.alpha0, 1.0, dataclasses.replace(state, capacity=(1 - effect) * state.capacity))
+        for way, effect in ((Way.OTHER_MOTION, 0.02), (Way.BIAXIAL, 0.1))
+    )
+    codes = NoteCode.MASSES, NoteCode.OTHER_MOTION, NoteCode.BIAXIAL_CRUSHING
+    notes = [Note(code, Severity.CAUTION, code) for code in codes]
+    notes.append(Note(NoteCode.UNIT_SIZE, Severity.WARNING, "last"))
+    ranked = dataclasses.replace(check, others=others, notes=tuple(notes)).notes
+    assert [note.code for note in ranked] == ["unit_size", "biaxial_crushing", "other_motion", "masses"]
 
 
 def case(name="push", direction=(1, 0, 0), flow="nonassociative"):

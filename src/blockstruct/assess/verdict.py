@@ -37,6 +37,10 @@ class WayOfChecking:
     motion: Array | None = None
     load_factor: float = 1.0
 
+    def effect(self, ratio: float) -> float:
+        """Return the relative change of a ratio, by the load factor or by the motion of this way."""
+        return abs(1 - self.load_factor) if self.load_factor != 1 else abs(1 - self.state.ratio / ratio)
+
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
