@@ -130,6 +130,19 @@ def done(call):
 
 
 @pytest.fixture
+def fails(call):
+    """Call the command, which ends with exit code 2 and a message with some words; gives standard error."""
+
+    def run(words, *command):
+        code, _, err = call(*command)
+        assert code == 2, err
+        assert words in " ".join(err.split()), err
+        return err
+
+    return run
+
+
+@pytest.fixture
 def blank_pictures(monkeypatch):
     """Pictures of a report are drawn, and take their place on its pages, but are not turned into pixels."""
     plain = Drawing.picture

@@ -12,8 +12,9 @@ import blockstruct as bs
 
 SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
 API = "the public interface"
-GROUND = {"errors", "keywords", "units", "vocabulary", "notebook", "schema", "files"}
+GROUND = {"arrays", "errors", "keywords", "units", "vocabulary", "notebook", "schema", "files"}
 MAY_IMPORT = {
+    "arrays": set(),
     "errors": set(),
     "vocabulary": set(),
     "notebook": set(),
@@ -21,7 +22,7 @@ MAY_IMPORT = {
     "schema": {"errors", "keywords"},
     "files": {"errors"},
     "units": {"errors"},
-    "geometry": {"errors"},
+    "geometry": {"arrays", "errors"},
     "model": {"geometry"} | GROUND,
     "contacts": {"model", "geometry"} | GROUND,
     "structures": {"model", "geometry"} | GROUND,
@@ -39,8 +40,8 @@ MAY_IMPORT = {
     "storage": {"results", "motion", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "motion", "limit", "solvers", "results", "text", "storage", "statics", "model"} | GROUND,
-    "adapters": {API, "imports", "geometry", "units"},
-    "views": {API, "analysis", "text", "geometry", "units", "vocabulary", "files"},
+    "adapters": {API, "arrays", "imports", "geometry", "units"},
+    "views": {API, "analysis", "arrays", "text", "geometry", "units", "vocabulary", "files"},
     "__main__": {"cli"},
     "cli": {API, "keywords", "vocabulary", "analysis", "text", "views"},
 }

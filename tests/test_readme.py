@@ -52,12 +52,12 @@ def clone(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_readme_is_carried_out_in_order(clone, call):
+def test_the_readme_is_carried_out_in_order(clone, call, done):
     names = {}
     carry_out(README, call, names)
     assert names["result"].status == "converged"
     # The demo, the gallery and the guide show the same wall.
-    assert call("demo", "-q", "-o", "runs/demo.h5")[0] == 0
+    done("demo", "-q", "-o", "runs/demo.h5")
     wall = names["model"].hash
     assert bs.open_analysis("runs/demo.h5").model.hash == wall
     for page in ("gallery/wall.md", "guide/analysis.md"):

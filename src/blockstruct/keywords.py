@@ -1,14 +1,11 @@
-"""Suggestions for unknown names, and copies of frozen dataclasses."""
+"""Suggestions for unknown names, and copies of frozen objects."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import fields
 from difflib import get_close_matches
 from functools import partial
+from inspect import signature
 from types import MappingProxyType
 from typing import Any
-
-#: Former names of arguments, which messages answer with the present ones.
-RENAMED = MappingProxyType({"depth": "thickness"})
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -18,12 +15,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     'did you mean friction_coefficient or friction_angle?'
     >>> did_you_mean("colour", ["name", "fixed"])
     'known are name, fixed'
-    >>> did_you_mean("depth", ["length", "thickness"])
-    'it is now thickness'
     """
     known = list(known)
-    if (renamed := RENAMED.get(word)) in known:
-        return f"it is now {renamed}"
     near = [name for name in known if word and name.startswith(word)]
     # The search for similar words is slower for longer words.
     near = near or get_close_matches(word[:100], known, cutoff=0.7)
@@ -31,11 +24,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def made_again(instance: Any) -> tuple[Callable[[], Any], tuple[()]]:
-    """Return the ``__reduce__`` value of a dataclass with frozen mappings.
+    """Return the ``__reduce__`` value of an object with frozen mappings.
 
-    It makes a new object from the fields. Python cannot pickle or copy a frozen view of a dictionary.
+    It makes a new object from its arguments. Python cannot pickle or copy a frozen view of a dictionary.
     """
     kind: Callable[..., Any] = type(instance)
-    values = {field.name: getattr(instance, field.name) for field in fields(instance)}
+    values = {name: getattr(instance, name) for name in signature(kind).parameters}
     plain = {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()}
     return partial(kind, **plain), ()

@@ -44,7 +44,7 @@ def test_the_part_with_the_lowest_ratio_is_relied_on():
     assert alone[1] > 2 * alone[0]
     assert together.ratio == pytest.approx(alone[0], rel=1e-6)
     parts = [("body 2 (wall 1)", together.ratio), ("body 1 (wall 0)", alone[1])]
-    assert together.notes[0] == assessment.separate_mechanisms(2, parts, [])
+    assert assessment.separate_mechanisms(2, parts, []) in together.notes
 
 
 #: Load factor of a wall of 0.2 m × 3 m, 60 kN, and one of 0.8 m × 4 m, 320 kN, that turn by one angle.

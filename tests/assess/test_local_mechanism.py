@@ -344,36 +344,25 @@ def at_height(ground=SITE, period="0.4 s", shape=0.9, **more):
 
 
 @pytest.mark.parametrize(
-    ("spectrum", "others", "words"),
+    ("spectrum", "other", "demand", "words"),
     [
+        (at_height(), "sld", SITE.at(0.05 * g), "spectrum is a floor spectrum, .* give spectrum_sld at"),
+        (SITE, "slc", at_height(), "spectrum_slc is a floor spectrum, spectrum the spectrum of the ground"),
         (
             at_height(),
-            {"spectrum_sld": SITE.at(0.05 * g)},
-            "spectrum is a floor spectrum, spectrum_sld the spectrum of the ground, .* give spectrum_sld at",
-        ),
-        (SITE, {"spectrum_slc": at_height()}, "spectrum_slc is a floor spectrum, spectrum the spectrum of the ground"),
-        (
-            at_height(),
-            {"spectrum_sld": at_height(SITE.at(0.05 * g), shape=0.5)},
+            "sld",
+            at_height(SITE.at(0.05 * g), shape=0.5),
             r"first mode is 1\.3 · 0\.5 = 0\.65 and 1\.3 · 0\.9 = 1\.17, which are two heights",
         ),
-        (
-            SITE,
-            {"spectrum_sld": bs.assess.ntc_spectrum("0.05 g_0", 2.4, "0.3 s", "D")},
-            "spectrum_sld and spectrum: soil 'D' and 'B', .* give both with the same soil",
-        ),
-        (
-            SITE,
-            {"spectrum_sld": SITE.at(0.3 * g)},
-            r"ag is 2\.942 m/s² = 0\.3 g and 1\.471 m/s² = 0\.15 g, but it must not fall",
-        ),
-        (SITE, {"spectrum_slc": SITE.at(0.1 * g)}, "spectrum and spectrum_slc: ag is"),
+        (SITE, "sld", bs.assess.ntc_spectrum("0.05 g_0", 2.4, "0.3 s", "D"), "soil 'D' and 'B', .* the same soil"),
+        (SITE, "sld", SITE.at(0.3 * g), r"ag is 2\.942 m/s² = 0\.3 g and 1\.471 m/s² .*, but it must not fall"),
+        (SITE, "slc", SITE.at(0.1 * g), "spectrum and spectrum_slc: ag is"),
     ],
 )
-def test_demands_of_several_places_are_refused(result, spectrum, others, words):
+def test_demands_of_several_places_are_refused(result, spectrum, other, demand, words):
     """An a_g,SLD of the ground is larger than at a height, and a_g,SLV is not taken below a_g,SLD."""
     with pytest.raises(bs.errors.ModelError, match=words):
-        bs.assess.local_mechanism(result, 1.35, spectrum, **others)
+        bs.assess.local_mechanism(result, 1.35, spectrum, **{f"spectrum_{other}": demand})
 
 
 def test_demands_of_one_place_are_taken(result):

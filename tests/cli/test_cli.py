@@ -21,7 +21,7 @@ import blockstruct as bs
 from blockstruct import views
 from blockstruct.analysis import IterationDone
 from blockstruct.cli import runs as cli_runs
-from blockstruct.views import archive_table, figures, summary_table
+from blockstruct.views import figures
 from blockstruct.views.console import bar, following
 from structures import SELF_WEIGHT, box, model_of, push, single_block, stopping
 
@@ -84,19 +84,18 @@ def test_a_run_names_the_extras_of_next_commands(done, small_model, small_cases,
     assert out.partition("\nnext: ")[2].splitlines()[1:] == words
 
 
-def test_a_run_writes_beside_its_document(call, document, tmp_path):
+def test_a_run_writes_beside_its_document(call, fails, document, tmp_path):
     """Quietly, it prints nothing at all."""
     assert call("run", document, "--quiet") == (0, "", "")
     assert bs.open_analysis(document.with_suffix(".h5"))["push"].load_factor == pytest.approx(0.5, rel=1e-6)
     _, out, _ = call("show", document.with_suffix(".h5"))
     assert "2 blocks, 1 interface\n" in out
     assert "collapses at load factor 0.5" in out
-    code, _, err = call("run", document, "-o", tmp_path / "none" / "block.h5")
-    assert (code, "there is no folder" in err) == (2, True)
+    fails("there is no folder", "run", document, "-o", tmp_path / "none" / "block.h5")
     assert not (tmp_path / "none").exists()
 
 
-def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path, small_analysis):
+def test_the_last_iteration_and_one_interface_of_a_history(call, fails, file, tmp_path, small_analysis):
     name = "push nonassociative"
     assert call("history", file)[1].splitlines() == list(small_analysis)
     history = small_analysis[name].history
@@ -116,8 +115,7 @@ def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path,
         (["--interface", "base|1.9"], "no 'base|1.9'; did you mean"),
         (["--variable", "block_velocity", "--interface", "base|1.1"], "not one of interfaces"),
     ):
-        code, _, err = call("history", file, name, *words)
-        assert (code, said in err) == (2, True), err
+        fails(said, "history", file, name, *words)
 
 
 def test_a_case_without_load_factor_exits_with_3(call, document, tmp_path):
@@ -140,8 +138,7 @@ def test_statuses_have_no_underscores_in_texts(call, tmp_path):
     shutil.copy(one, two)
     site = ["--spectrum", "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B", "--knowledge-level", "LC1"]
     commands = [("show", one), ("archive", one.parent), ("diff", one, two), ("diff", one.parent, two.parent)]
-    commands += [("assess", one, *site), ("assess", one, *site, "--case", "push")]
-    commands += [("history", one, "push", "--pushover")]
+    commands += [("assess", one, *site), ("history", one, "push", "--pushover")]
     texts = [f"{out}{err}" for _, out, err in (call(*words) for words in commands)]
     texts += [str(result), repr(result), result._repr_html_(), str(result.headline), str(bs.open_analysis(one))]
     for text in texts:
@@ -149,17 +146,9 @@ def test_statuses_have_no_underscores_in_texts(call, tmp_path):
         assert re.search("unstable under dead load|does not stand under its dead load", " ".join(text.split()))
     assert '"status": "unstable_under_dead_load"' in call("show", one, "--json")[1]
     assert call("archive", one.parent, "--where", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
-    for table in (summary_table(bs.open_analysis(one)), archive_table(bs.Archive(one.parent).table())):
-        console = Console(width=80)
-        with console.capture() as capture:
-            console.print(table)
-        rows = capture.get().splitlines()
-        start = rows[0].index("status")
-        parts = [row[start:].partition("  ")[0].strip() for row in rows[1:]]
-        assert " ".join(filter(None, parts)) == "unstable under dead load"
 
 
-def test_an_interrupted_study_continues(call, tmp_path, monkeypatch):
+def test_an_interrupted_study_continues(call, done, tmp_path, monkeypatch):
     def interrupt(progress):
         if progress.done:
             raise KeyboardInterrupt
@@ -171,7 +160,7 @@ def test_an_interrupted_study_continues(call, tmp_path, monkeypatch):
     assert (code, err.splitlines()[0]) == (130, "interrupted")
     assert "runs keeps what was done; the same command goes on" in err
     assert len(list((tmp_path / "runs").glob("*.h5"))) == 1
-    assert call(*words)[0] == 0
+    done(*words)
 
 
 def test_an_interrupted_run_exits_with_130(call, document, tmp_path, monkeypatch):
@@ -182,17 +171,6 @@ def test_an_interrupted_run_exits_with_130(call, document, tmp_path, monkeypatch
     assert bs.open_analysis(tmp_path / "wall.h5").status == "interrupted"
     for words in (("--last",), ("--last", "--variable", "load_factor"), ("--last", "--interface", "ground|block")):
         assert call("history", tmp_path / "wall.h5", "push", *words)[::2] == (0, "")
-
-
-@pytest.mark.parametrize("variable", ["load_factor", "state", "force", "eccentricity", "contact_force"])
-def test_variables_of_a_history(call, file, tmp_path, variable):
-    words = ("history", file, "push nonassociative", "--variable", variable)
-    assert variable in call(*words)[1]
-    assert call(*words, "--csv", tmp_path / "t.csv")[0] == 0
-    table = pd.read_csv(tmp_path / "t.csv")
-    history = bs.open_analysis(file)["push nonassociative"].history
-    assert len(table) % history.sizes["iteration"] == 0
-    assert sum(name.startswith(variable) for name in table.columns) == 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps the folder that is worked in")
@@ -247,32 +225,28 @@ def killed_run(path, small_model, small_cases):
         bs.AnalysisManager(small_model, path, listeners=[stop]).run(small_cases)
 
 
-def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_path):
+def test_recover_and_resume(call, fails, done, small_model, small_cases, small_analysis, tmp_path):
     path = tmp_path / "x.h5"
     killed_run(path, small_model, small_cases)
     for command in ("show", "view", "report"):
-        code, _, err = call(command, path)
-        assert (code, f"blockstruct recover {path}" in err) == (2, True)
+        fails(f"blockstruct recover {path}", command, path)
     code, _, err = call("run", WALL, "-o", path)
     assert (code, "(blockstruct resume)" in err, "(blockstruct recover)" in err) == (2, True, True)
     for command in ("show", "validate", "recover", "resume"):
-        code, _, err = call(command, f"{path}.partial")
-        assert (code, f"give the name of its file, {path}" in err) == (2, True)
-    code, out, _ = call("recover", path)
-    assert (code, f"written: {path}" in out) == (0, True)
+        fails(f"give the name of its file, {path}", command, f"{path}.partial")
+    assert f"written: {path}" in done("recover", path)
     cut = bs.open_analysis(path)[small_cases[1].name]
     assert (cut.status, cut.outcome.reason, cut.n_iterations) == ("interrupted", "killed", 5)
     code, out, err = call("resume", path)
     assert (code, "load factor" in err, f"written: {path}" in out) == (0, True, True)
     assert bs.results.compare(bs.open_analysis(path), small_analysis).agrees()
-    code, _, err = call("recover", path)
-    assert (code, "no working data" in err) == (2, True)
+    fails("no working data", "recover", path)
     killed_run(path, small_model, small_cases)
     assert call("resume", path, "--quiet") == (0, "", "")
     assert bs.results.compare(bs.open_analysis(path), small_analysis).agrees()
 
 
-def test_archive(call, done, file, tmp_path):
+def test_archive(done, file, tmp_path):
     (tmp_path / "sub").mkdir()
     shutil.copy(file, tmp_path / "sub" / "a.h5")
     (tmp_path / "b.h5").write_text("notes")
@@ -282,34 +256,31 @@ def test_archive(call, done, file, tmp_path):
     out = done("archive", tmp_path, "--where", "flow == 'associative'")
     assert "push associative" in out
     assert "push nonassociative" not in out
-    assert call("archive", tmp_path, "--csv", tmp_path / "t.csv")[0] == 0
+    done("archive", tmp_path, "--csv", tmp_path / "t.csv")
     assert len(pd.read_csv(tmp_path / "t.csv")) == 3
 
 
-def test_diff(call, file, small_model, small_cases, tmp_path):
+def test_diff(call, fails, done, file, small_model, small_cases, tmp_path):
     other = tmp_path / "b" / "small.h5"
     bs.AnalysisManager(small_model, other).run(small_cases)
-    code, out, _ = call("diff", file, other)
-    assert (code, "the same model, 2 cases" in out) == (0, True)
+    assert "the same model, 2 cases" in done("diff", file, other)
     bs.AnalysisManager(small_model, other, settings=bs.ProcedureSettings(path_step=0.4)).run(small_cases)
     code, out, _ = call("diff", file, other, "--tolerance", "0")
     assert (code, "path_step 0.5, other 0.4" in out) == (1, True)
-    code, out, _ = call("diff", file.parent, other.parent, "--tolerance", "1")
-    assert (code, "relative_difference" in out) == (0, True)
+    assert "relative_difference" in done("diff", file.parent, other.parent, "--tolerance", "1")
     assert call("diff", file, tmp_path / "none.h5")[0] == 2
     for tolerance in ("-1", "nan"):
-        code, _, err = call("diff", file, file, "--tolerance", tolerance)
-        assert (code, "give a number of zero or more" in err) == (2, True)
+        fails("give a number of zero or more", "diff", file, file, "--tolerance", tolerance)
 
 
-def test_diff_of_folders(call, small_model, tmp_path):
+def test_diff_of_folders(call, done, small_model, tmp_path):
     """Cases without a load factor agree with themselves; damaged files and other models never do."""
     case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
     one, other = tmp_path / "one" / "wall.h5", tmp_path / "other" / "wall.h5"
     bs.AnalysisManager(small_model, one).run([case])
     other.parent.mkdir()
     shutil.copy(one, other)
-    assert call("diff", one.parent, other.parent)[0] == 0
+    done("diff", one.parent, other.parent)
     other.write_bytes(one.read_bytes()[:-100])
     code, out, _ = call("diff", one.parent, other.parent)
     assert (code, "damaged" in out) == (1, True)
@@ -318,9 +289,9 @@ def test_diff_of_folders(call, small_model, tmp_path):
     assert call("diff", one.parent, other.parent)[0] == 1
 
 
-def test_validate(call, file, document):
-    assert call("validate", file)[0] == 0
-    assert call("validate", document)[0] == 0
+def test_validate(call, done, file, document):
+    done("validate", file)
+    done("validate", document)
     text = document.read_text(encoding="utf-8")
     for wrong, words in (
         (text.replace("polyhedron:", "polyhedra:"), "/blocks/0"),
@@ -361,7 +332,7 @@ def test_view_and_report_write_next_to_the_file(done, file):
         target.unlink()
 
 
-def test_a_view_never_replaces_its_input(call, file, tmp_path):
+def test_a_view_never_replaces_its_input(fails, file, tmp_path):
     content, template = file.read_bytes(), tmp_path / "own.html"
     template.write_text("{{ name }}", encoding="utf-8")
     page = shutil.copy(file, tmp_path / "analysis.html")
@@ -371,21 +342,17 @@ def test_a_view_never_replaces_its_input(call, file, tmp_path):
         ("view", page),
         ("report", file, "--template", template, "-o", template),
     ):
-        code, _, err = call(*words)
-        assert code == 2
-        assert "choose another one with --output" in err
+        fails("choose another one with --output", *words)
     assert (file.read_bytes(), page.read_bytes()) == (content, content)
     assert template.read_text(encoding="utf-8") == "{{ name }}"
 
 
-def test_analyses_and_pipes_are_no_targets(call, file, tmp_path):
+def test_analyses_and_pipes_are_no_targets(fails, file, tmp_path):
     other, pipe = shutil.copy(file, tmp_path / "other.csv"), tmp_path / "pipe.csv"
     os.mkfifo(pipe)
     for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
         for command in (("view", file, "-o", target), ("history", file, "push nonassociative", "--csv", target)):
-            code, _, err = call(*command)
-            assert code == 2
-            assert f"cannot be written ({words}" in err
+            fails(f"cannot be written ({words}", *command)
     assert pipe.is_fifo()
     assert other.read_bytes() == file.read_bytes()
 
@@ -398,22 +365,22 @@ def test_names_that_the_output_cannot_carry_are_escaped(document):
     assert (done.returncode, b"Mauer \\u03b1" in done.stdout) == (0, True), done.stderr
 
 
-def test_a_bar_shows_iteration_and_remaining_time(small_model, small_cases):
+def test_a_bar_shows_case_and_iteration(small_model, small_cases):
     """Names of cases are not markup there."""
     stream, seen = io.StringIO(), []
     console = Console(file=stream, force_terminal=True, width=120)
-    with Progress(TextColumn("{task.description}"), TextColumn("{task.fields[rest]}"), console=console) as progress:
+    with Progress(TextColumn("{task.description}"), console=console) as progress:
         listener = bar(progress)
 
         def listen(event):
             listener(event)
-            seen.append((progress.tasks[0].description, progress.tasks[0].fields["rest"], progress.tasks[0].completed))
+            seen.append((progress.tasks[0].description, progress.tasks[0].completed))
 
         bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
-    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, α = 0\.\d{4}, gap \de[+-]\d+"
-    assert any(re.fullmatch(shown, text) for text, _, _ in seen)
-    assert seen[1][1].startswith("about ")
-    assert seen[-1][1:] == ("", 1)
+    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, load factor 0\.\d{4}, gap \de[+-]\d+"
+    assert any(re.fullmatch(shown, text) for text, _ in seen)
+    assert [done for _, done in seen].count(0.0) == [done for _, done in seen].count(1.0) == 2
+    assert all(0 < done < 1 for text, done in seen if "iteration 1," in text)
     case = attrs.evolve(small_cases[0], name="push [/x] [red]")
     with following(Console(file=stream, force_terminal=True, width=120), quiet=False) as listeners:
         bs.AnalysisManager(small_model, listeners=listeners).run([case])
@@ -455,7 +422,7 @@ def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):
     assert warning.startswith("pushover: the control point at block 'block' does not move along (0, 1, 0)")
 
 
-def test_corners_too_round_are_refused_before_the_run(call, document, tmp_path):
+def test_corners_too_round_are_refused_before_the_run(call, done, document, tmp_path):
     for command in ("check", "validate", "run"):
         pushed(document, "direction: [1, 0, 0]", ", steps: 3, corner_rounding: 2 m")
         words = ("-o", tmp_path / "m.h5") if command == "run" else ()
@@ -465,7 +432,7 @@ def test_corners_too_round_are_refused_before_the_run(call, document, tmp_path):
         assert "give a radius of at most 0.247 m" in out + err
     assert [path.name for path in tmp_path.iterdir()] == [document.name]
     pushed(document, "direction: [1, 0, 0]", ", steps: 3, corner_rounding: 0.247 m")
-    assert call("check", document)[0] == 0
+    done("check", document)
 
 
 def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, done, tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from meshes import CUBE, QUADS, obj_text
+from meshes import CUBE, objects_text, saved
 
 STONE = ["--unit-weight", "20 kN/m^3", "--friction", "0.6"]
 
@@ -13,25 +13,18 @@ STONE = ["--unit-weight", "20 kN/m^3", "--friction", "0.6"]
 @pytest.fixture
 def stack(tmp_path):
     """Three cubes of 0.5 m, in mm."""
-    text = "".join(
-        f"o stone {k}\n"
-        + obj_text([(500 * x, 500 * y, 500 * (z + k)) for x, y, z in CUBE], [[i - 9 for i in f] for f in QUADS])
-        for k in range(3)
-    )
-    path = tmp_path / "stack.obj"
-    path.write_text(text, encoding="utf-8")
-    return path
+    cubes = {f"stone {k}": [(500 * x, 500 * y, 500 * (z + k)) for x, y, z in CUBE] for k in range(3)}
+    return saved(tmp_path, "stack.obj", objects_text(cubes))
 
 
-def test_import_check_and_run(call, stack, tmp_path):
+def test_import_check_and_run(call, done, stack, tmp_path):
     model = tmp_path / "stack.yaml"
     code, out, err = call("import", stack, "-o", model, "--unit", "mm", *STONE, "--fix", "lowest")
     assert (code, err) == (0, "")
     assert "3 blocks of 18 faces, 1 fixed" in out
     assert "2 interfaces, 0.5 m^2" in out
-    code, out, _ = call("check", model)
-    assert (code, "ready to run: push +x" in out) == (0, True)
-    assert call("run", model, "-o", tmp_path / "stack.h5")[0] == 0
+    assert "ready to run: push +x" in done("check", model)
+    done("run", model, "-o", tmp_path / "stack.h5")
     # Two stones of slenderness 2 on the third: they rock together at width / height.
     assert bs.open_analysis(tmp_path / "stack.h5")["push +x"].load_factor == pytest.approx(0.5, rel=1e-4)
 
@@ -41,13 +34,9 @@ def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_
     stones = [[(x * 0.9 + k * 0.902, y, z * 0.5) for x, y, z in CUBE] for k in range(2)]
     stones[0][0] = (0, 0, -0.002)
     slab = [(3 * x - 0.5, 2 * y - 0.5, z * 0.3 - 0.3) for x, y, z in CUBE]
-    text = "".join(
-        f"o {name}\n" + obj_text(vertices, [[i - 9 for i in f] for f in QUADS])
-        for name, vertices in zip(("slab", "low", "level"), (slab, *stones), strict=True)
-    )
-    (tmp_path / "a.obj").write_text(text, encoding="utf-8")
+    path = saved(tmp_path, "a.obj", objects_text({"slab": slab, "low": stones[0], "level": stones[1]}))
     model = tmp_path / "m.yaml"
-    code, out, err = call("import", tmp_path / "a.obj", "-o", model, "--unit", "m", "--fix", "slab", *STONE)
+    code, out, err = call("import", path, "-o", model, "--unit", "m", "--fix", "slab", *STONE)
     assert (code, err) == (0, "")
     assert "1 joint closed that repairs of its faces opened" in out
     assert "slab | low: " in out
@@ -55,31 +44,31 @@ def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_
     assert found == {("slab", "low"), ("slab", "level")}
 
 
-def test_tolerances_of_detection_go_into_the_document(call, stack, tmp_path):
+def test_tolerances_of_detection_go_into_the_document(done, stack, tmp_path):
     limits = ["--gap", "2 mm", "--angle", "5 deg", "--area-tolerance", "1 cm^2"]
     words = ["--unit", "mm", "--fix", "lowest", *STONE, *limits]
-    assert call("import", stack, "-o", tmp_path / "m.yaml", *words)[0] == 0
+    done("import", stack, "-o", tmp_path / "m.yaml", *words)
     found = bs.read_document(tmp_path / "m.yaml").report.tolerances
     assert (found.gap, found.angle, found.area) == pytest.approx((2e-3, np.radians(5), 1e-4))
 
 
-def test_blocks_are_excluded_and_the_file_may_lie(call, stack, tmp_path):
+def test_blocks_are_excluded_and_the_file_may_lie(done, stack, tmp_path):
     """The stones stand along y in the file."""
     lying = tmp_path / "lying.obj"
     rows = [line.split() for line in stack.read_text(encoding="utf-8").splitlines()]
     lines = [f"v {r[1]} {r[3]} {-float(r[2])}" if r[0] == "v" else " ".join(r) for r in rows]
     lying.write_text("\n".join(lines) + "\n", encoding="utf-8")
     words = ["--unit", "mm", "--fix", "lowest", *STONE, "--up", "y", "--exclude", "stone 2"]
-    assert call("import", lying, "-o", tmp_path / "m.yaml", *words)[0] == 0
+    done("import", lying, "-o", tmp_path / "m.yaml", *words)
     model = bs.read_document(tmp_path / "m.yaml").model
     assert [b.name for b in model.blocks] == ["stone 0", "stone 1"]
     assert model.block("stone 1").centroid[2] == pytest.approx(0.75)
 
 
-def test_directions_flow_and_the_angle_of_a_tilting_table(call, stack, tmp_path):
+def test_directions_flow_and_the_angle_of_a_tilting_table(call, done, stack, tmp_path):
     model = tmp_path / "m.yaml"
     words = ["--unit", "mm", "--fix", "lowest", *STONE, "--flow", "associative", "--tilt"]
-    assert call("import", stack, "-o", model, *words, "--direction", "-y", "--direction", "3,4,0")[0] == 0
+    done("import", stack, "-o", model, *words, "--direction", "-y", "--direction", "3,4,0")
     cases = bs.read_document(model).cases
     assert [(case.name, case.flow) for case in cases] == [("tilt -y", "associative"), ("tilt (3,4,0)", "associative")]
     assert [case.variable.loads[0].direction for case in cases] == [(0, -1, 0), pytest.approx((0.6, 0.8, 0))]
@@ -94,7 +83,7 @@ def test_directions_flow_and_the_angle_of_a_tilting_table(call, stack, tmp_path)
     assert bs.read_document(model).model.interfaces[0].joint_material.cohesion == 1000
 
 
-def test_a_drawing_and_a_mesh_in_one_import(call, stack, tmp_path):
+def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
     drawing = ezdxf.new()
     drawing.header["$INSUNITS"] = 4
     for layer, y in (("GROUND", 0), ("WALL", 200)):
@@ -105,11 +94,10 @@ def test_a_drawing_and_a_mesh_in_one_import(call, stack, tmp_path):
     drawing.saveas(path)
     words = ["--unit", "mm", "--thickness", "30 cm", "--friction", "0.6", "--fix-layer", "GROUND"]
     layers = ["--unit-weight", "WALL=20 kN/m^3", "--unit-weight", "GROUND=25 kN/m^3"]
-    code, out, _ = call("import", path, "-o", tmp_path / "m.yaml", *words, *layers)
-    assert (code, "1 interface, 0.15 m^2" in out) == (0, True)
+    assert "1 interface, 0.15 m^2" in done("import", path, "-o", tmp_path / "m.yaml", *words, *layers)
     assert bs.read_document(tmp_path / "m.yaml").model.block("WALL.1").weight == pytest.approx(600)
     words = ["--unit", "mm", "--fix", "lowest", *STONE, "--thickness", "50 cm"]
-    assert call("import", stack, path, "-o", tmp_path / "both.yaml", *words)[0] == 0
+    done("import", stack, path, "-o", tmp_path / "both.yaml", *words)
     names = [b.name for b in bs.read_document(tmp_path / "both.yaml").model.blocks]
     assert names == ["stack.stone 0", "stack.stone 1", "stack.stone 2", "wall.GROUND.1", "wall.WALL.1"]
 
@@ -145,12 +133,9 @@ def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, 
 
 
 @pytest.mark.parametrize("content", ["", "no mesh at all"])
-def test_a_document_is_never_replaced(call, stack, tmp_path, content):
+def test_a_document_is_never_replaced(fails, stack, tmp_path, content):
     stack.with_suffix(".yaml").write_text("mine", encoding="utf-8")
     stack.write_text(content, encoding="utf-8")
-    code, _, err = call("import", stack, "-o", stack.with_suffix(".yaml"), "--unit", "mm", *STONE)
-    assert code == 2
-    assert "exists and is not replaced" in err
+    fails("exists and is not replaced", "import", stack, "-o", stack.with_suffix(".yaml"), "--unit", "mm", *STONE)
     assert stack.with_suffix(".yaml").read_text(encoding="utf-8") == "mine"
-    code, _, err = call("import", stack, "-o", tmp_path / "m.txt", "--unit", "mm", *STONE)
-    assert "not the name of a model document" in err
+    fails("not the name of a model document", "import", stack, "-o", tmp_path / "m.txt", "--unit", "mm", *STONE)

@@ -14,46 +14,30 @@ from blockstruct import Q_
 from blockstruct.documents import reader, yaml_core
 from refusals import refused
 
-BASIC = {
-    "blockstruct": "model-1",
-    "name": "two blocks",
-    "materials": {"stone": {"density": "2000 kg/m^3"}},
-    "joint_materials": {"dry": {"friction_angle": "30 deg", "cohesion": "0 MPa"}},
-    "blocks": [
-        {
-            "name": "base",
-            "material": "stone",
-            "fixed": True,
-            "box": {"origin": ["0 m", "0 m", "-20 cm"], "size": ["1 m", "1 m", "20 cm"]},
-        },
-        {
-            "name": "wedge",
-            "material": "stone",
-            "polyhedron": {
-                "unit": "cm",
-                "vertices": [[0, 0, 0], [100, 0, 0], [0, 0, 50], [0, 100, 0], [100, 100, 0], [0, 100, 50]],
-                "faces": [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]],
-            },
-        },
-    ],
-    "interfaces": {"joint_material": "dry", "tolerance": "0.1 mm"},
-    "load_patterns": {
-        "dead": [{"kind": "self_weight"}],
-        "push": [
-            {"kind": "body_force", "direction": [1, 0, 0]},
-            {
-                "kind": "point_load",
-                "block": "wedge",
-                "point": ["0 m", "50 cm", "25 cm"],
-                "force": ["1 kN", "0 N", "0 N"],
-            },
-            {"kind": "face_load", "block": "wedge", "face": 4, "traction": ["1 kPa", "0 Pa", "0 Pa"]},
-            {"kind": "moment", "block": "wedge", "moment": ["0 N*m", "1 N*m", "0 N*m"]},
-        ],
-    },
-    "cases": [{"name": "push", "dead": "dead", "variable": "push", "flow": "associative"}],
-    "settings": {"crushing_cells": 30},
-}
+BASIC = yaml.safe_load("""\
+blockstruct: model-1
+name: two blocks
+materials: {stone: {density: 2000 kg/m^3}}
+joint_materials: {dry: {friction_angle: 30 deg, cohesion: 0 MPa}}
+blocks:
+  - {name: base, material: stone, fixed: true, box: {origin: [0 m, 0 m, -20 cm], size: [1 m, 1 m, 20 cm]}}
+  - name: wedge
+    material: stone
+    polyhedron:
+      unit: cm
+      vertices: [[0, 0, 0], [100, 0, 0], [0, 0, 50], [0, 100, 0], [100, 100, 0], [0, 100, 50]]
+      faces: [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]]
+interfaces: {joint_material: dry, tolerance: 0.1 mm}
+load_patterns:
+  dead: [{kind: self_weight}]
+  push:
+    - {kind: body_force, direction: [1, 0, 0]}
+    - {kind: point_load, block: wedge, point: [0 m, 50 cm, 25 cm], force: [1 kN, 0 N, 0 N]}
+    - {kind: face_load, block: wedge, face: 4, traction: [1 kPa, 0 Pa, 0 Pa]}
+    - {kind: moment, block: wedge, moment: [0 N*m, 1 N*m, 0 N*m]}
+cases: [{name: push, dead: dead, variable: push, flow: associative}]
+settings: {crushing_cells: 30}
+""")
 
 #: Names that a model may have, and texts that a version of YAML takes for something else.
 TEXTS = st.text().filter(str.isprintable) | st.text("0123456789_:.xobe-+~=<&*!?#'\" nys", max_size=6)

@@ -8,7 +8,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.imports.surface import closed_surface
-from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, read, stl_bytes
+from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, objects_text, ply_text, read, stl_bytes
 from refusals import refused
 from structures import STONE, box
 
@@ -103,9 +103,7 @@ def test_a_body_without_any_area_is_refused(tmp_path, kind, corner):
 
 
 def test_all_refused_bodies_are_named(tmp_path):
-    text = "o good\n" + obj_text()
-    for name in ("left", "right"):
-        text += f"o {name}\n" + obj_text(CUBE, [[i - 9 for i in f] for f in QUADS[:-1]])
+    text = objects_text({"good": CUBE}) + objects_text({"left": CUBE, "right": CUBE}, QUADS[:-1])
     with pytest.raises(bs.errors.GeometryFileError, match=r"(?s)2 of 3 .*'left'.*'right'"):
         read(tmp_path, "a.obj", text)
 

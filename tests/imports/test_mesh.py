@@ -12,7 +12,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.contacts import corrected_joints
 from blockstruct.imports.outline import prism
-from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, read, saved, stl_bytes
+from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, objects_text, ply_text, read, saved, stl_bytes
 from properties import few
 from structures import STONE, box, moved, rotation
 
@@ -146,7 +146,7 @@ def test_tolerances_of_planes_are_relative_to_the_body(tmp_path):
     # A cube whose top is bent by a thousandth, in one file with another cube far away.
     bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]
     far = [(x + 250, y, z) for x, y, z in CUBE]
-    text = obj_text(bent, fans(QUADS)) + obj_text(far, [[i - 9 for i in f] for f in fans(QUADS)])
+    text = objects_text({"bent": bent, "far": far}, fans(QUADS))
     assert [len(b.shape.faces) for b in read(tmp_path, "two.obj", text).blocks] == [7, 6]
     with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
         coarse = read(tmp_path, "two.obj", text, tolerance="2 mm").blocks
@@ -167,15 +167,9 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
     lower = np.round(np.array(CUBE) @ rotation((1, 2, 0.5), 0.4).T * [1, 1.2, 0.9], 3)
     shift = lower[4:] - lower[:4]
     upper = np.concatenate([lower[4:], np.round(lower[4:] + 0.8 * shift, 3)])
-    faces = [tuple(i - 8 for i in f) for f in QUADS]
-    # Vertices counted from the end, which OBJ allows: -8 is the first of the eight above.
-    text = "".join(
-        f"o {name}\n" + obj_text(v, [[i - 1 for i in f] for f in faces])
-        for name, v in zip("ab", (lower, upper), strict=True)
-    )
     with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
-        found = read(tmp_path, "two.obj", text)
-    assert 0 < found.report.largest_move < 1e-3
+        found = read(tmp_path, "two.obj", objects_text({"a": lower, "b": upper}))
+    assert 0 < max(r.amount for r in found.report.repairs if r.kind == "flattened") < 1e-3
     assert set(found.moves) == {"a", "b"}
     # The face in common is moved alike: there is nothing to allow for.
     assert corrected_joints(found.blocks, JOINT, found.moves).closed == ()
@@ -222,10 +216,8 @@ def test_large_coordinates_in_single_precision_give_a_warning(tmp_path, name, ea
 
 def test_a_hash_in_a_word_is_part_of_a_name(tmp_path):
     # Drawn in this order, pier#1 would become the second "pier" of two, and take the name of the first.
-    text = "".join(
-        f"{name}\n" + obj_text([(x + at, y, z) for x, y, z in CUBE], shifted(QUADS, 8 * k))
-        for k, (name, at) in enumerate([("o pier#2", 4), ("o pier#1 # of two", 0), ("o \\\nbeam#a b", 2)])
-    )
+    places = {"pier#2": 4, "pier#1 # of two": 0, "\\\nbeam#a b": 2}
+    text = objects_text({name: np.add(CUBE, [at, 0, 0]) for name, at in places.items()})
     found = read(tmp_path, "piers.obj", text, fixed=["pier#2"])
     assert {b.name: float(b.centroid[0]) for b in found.blocks} == pytest.approx(
         {"pier#2": 4.5, "pier#1": 0.5, "beam#a b": 2.5}
@@ -252,7 +244,7 @@ def test_names_in_any_encoding(tmp_path, written, name):
 def test_numbered_bodies_do_not_take_names_of_objects(tmp_path):
     apart = [*CUBE, *((x + 2, y, z) for x, y, z in CUBE)]
     text = "o arch\n" + obj_text(apart, [*QUADS, *shifted(QUADS)])
-    text += "o arch.1\n" + obj_text([(x + 4, y, z) for x, y, z in CUBE], shifted(QUADS, 16))
+    text += objects_text({"arch.1": np.add(CUBE, [4, 0, 0])})
     found = read(tmp_path, "a.obj", text, fixed=["arch.1"])
     assert [b.name for b in found.blocks] == ["arch.2", "arch.3", "arch.1"]
     assert [b.name for b in found.blocks if b.fixed] == ["arch.1"]
@@ -271,7 +263,7 @@ def test_several_files_prefix_the_names_of_blocks(tmp_path):
 def test_a_copy_with_another_name_is_dropped(tmp_path):
     # Divided into triangles, and to rounding where the first is.
     near = [(x + 1e-9, y, z) for x, y, z in CUBE]
-    text = "o one\n" + obj_text() + "o two\n" + obj_text(near, shifted(fans(QUADS)))
+    text = objects_text({"one": CUBE}) + objects_text({"two": near}, fans(QUADS))
     with pytest.warns(bs.errors.GeometryWarning, match=r"given again under another name, dropped: 1 \(two = one\)"):
         found = read(tmp_path, "a.obj", text)
     assert [b.name for b in found.blocks] == ["one"]
@@ -279,10 +271,7 @@ def test_a_copy_with_another_name_is_dropped(tmp_path):
 
 def test_the_lowest_blocks_are_within_a_height(tmp_path):
     # Four cubes, of which the second stands 2 cm and the third 8 cm higher than the first.
-    text = "".join(
-        f"o c{k}\n" + obj_text([(x + 2 * k, y, z + lift) for x, y, z in CUBE], [[i + 8 * k for i in f] for f in QUADS])
-        for k, lift in enumerate((0, 0.02, 0.08, 1))
-    )
+    text = objects_text({f"c{k}": np.add(CUBE, [2 * k, 0, lift]) for k, lift in enumerate((0, 0.02, 0.08, 1))})
     found = read(tmp_path, "c.obj", text, fixed="lowest")
     assert found.report.supports == ("c0",)
     assert "2 more blocks reach down to within 0.08 m of the lowest level and are free" in str(found.report)
@@ -296,7 +285,7 @@ def test_the_lowest_blocks_are_within_a_height(tmp_path):
 
 @pytest.mark.parametrize("name", ["lowest", "lowest 3 cm"])
 def test_a_block_named_as_the_keyword_is_refused(tmp_path, name):
-    text = "o base\n" + obj_text() + f"o {name}\n" + obj_text([(x, y, z + 1) for x, y, z in CUBE], shifted(QUADS))
+    text = objects_text({"base": CUBE, name: np.add(CUBE, [0, 0, 1])})
     for fixed in (name, [name], ["base", name]):
         with pytest.raises(bs.errors.ModelError, match=f"fixed is '{name}'.* block"):
             read(tmp_path, "a.obj", text, fixed=fixed)
@@ -306,7 +295,7 @@ def test_a_block_named_as_the_keyword_is_refused(tmp_path, name):
 
 @pytest.mark.parametrize("exclude", [["two"], "t*", ["t*o"]])
 def test_blocks_are_excluded_before_the_checks(tmp_path, exclude):
-    text = "o one\n" + obj_text() + "o two\n" + obj_text(CUBE, shifted(QUADS[:-1]))
+    text = objects_text({"one": CUBE}) + objects_text({"two": CUBE}, QUADS[:-1])
     found = read(tmp_path, "a.obj", text, exclude=exclude)
     assert [b.name for b in found.blocks] == ["one"]
     assert "excluded as asked: two" in str(found.report)

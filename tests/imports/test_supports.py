@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from meshes import CUBE, QUADS
+from meshes import CUBE, QUADS, objects_text, saved
 from refusals import refused
 from structures import STONE, model_of, push, solve
 
@@ -37,13 +37,8 @@ def read(path, **options):
 
 def mesh(path, shift=0.0):
     """Two blocks, one on the other."""
-    lines, corners = [], 0
-    for k, name in enumerate(("pier 1", "pier 2")):
-        lines += [f"o {name}", *(f"v {x} {y} {z + k + shift}" for x, y, z in BODY)]
-        lines += ["f " + " ".join(str(i + 1 + corners) for i in face) for face in QUADS]
-        corners += 8
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+    bodies = {f"pier {k + 1}": np.add(BODY, [0, 0, k + shift]) for k in range(2)}
+    return saved(path.parent, path.name, objects_text(bodies))
 
 
 @pytest.mark.parametrize("down", [False, True])
@@ -110,14 +105,12 @@ def test_supports_of_some_motions(tmp_path):
         read(path, fixed=["pier 2:u"])
 
 
-def test_the_command_holds_a_wall_at_its_head(call, tmp_path):
+def test_the_command_holds_a_wall_at_its_head(done, tmp_path):
     words = ("--unit", "m", "--unit-weight", "20 kN/m3", "--friction", "1.2", "--ground", "0 m", "--fix", "pier 2:x")
-    code, out, err = call("import", mesh(tmp_path / "a.obj"), "-o", tmp_path / "a.yaml", *words)
-    assert code == 0, err
+    out = done("import", mesh(tmp_path / "a.obj"), "-o", tmp_path / "a.yaml", *words)
     assert "a fixed block 'ground' added, its top at 0 m" in out
     assert "1 support of some motions: pier 2 holds x" in out
-    code, out, err = call("run", tmp_path / "a.yaml")
-    assert code == 0, err
+    out = done("run", tmp_path / "a.yaml")
     # As tests/validation/test_rollers.py: t (3 a + 2 c) / a², and −W (α + t / c).
     assert "collapses at load factor 2.5 " in out
     assert "Support pier 2 holds x with -30 kN." in out

@@ -77,9 +77,3 @@ def test_model_tells_its_weight_and_size(model):
     assert model.weight == pytest.approx(1.6 * 0.3 * 0.8 * STONE.unit_weight)
     assert model.quantity("weight").units == bs.units.ureg.newton
     assert "1.6 × 0.3 × 0.8 m" in model.summary()
-
-
-def test_a_former_name_of_an_argument_is_answered_with_the_present_one():
-    size = {"length": "1.6 m", "height": "0.8 m", "unit_length": "0.8 m", "unit_height": "0.4 m", "material": STONE}
-    with pytest.raises(bs.errors.ModelError, match="depth is now thickness"):
-        wall(**size, depth="0.3 m")

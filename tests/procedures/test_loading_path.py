@@ -312,6 +312,20 @@ def test_a_load_factor_that_never_settles_is_no_number(corner, dry, monkeypatch,
     assert 0 < low < 0.99 * high
 
 
+def test_half_steps_have_twice_the_iterations(corner, dry, monkeypatch):
+    monkeypatch.setattr("blockstruct.procedures.splitting_path.MAX_OF_PATH", 300)
+    problem = LimitProblem.of(Statics.of(model_of(corner, dry)), bs.LimitCase("push", SELF_WEIGHT, push(0, -1, 0)))
+    program = ConicProgram(problem, bs.ProcedureSettings())
+    spent = []
+    for divided in (1, 2):
+        path = SplittingPath(program, bs.ProcedureSettings(), divided)
+        assert path.dead_load is not None
+        iterations = [step.solver_iterations for step in iter(lambda path=path: path.advance(np.inf), None)]
+        assert path.is_exhausted
+        spent.append(sum(iterations[:-1]))
+    assert spent[0] < 300 < spent[1] < 600
+
+
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_a_block_that_jams_carries_any_load():
     """Pressed against a fixed jamb at 11°, below the friction angle, it never slides."""

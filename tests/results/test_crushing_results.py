@@ -101,27 +101,6 @@ def test_spread_by_name_and_none(small_model):
         alone.spread("push")
 
 
-def test_a_study_of_strength_and_friction():
-    """α = min(μ, (b / h) (1 − W / (f_c A)))."""
-    model, case = model_of(*single_block(0.5, 1.0, mu=0.9)), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-
-    def build(**properties):
-        joint = model.interfaces[0].joint_material.varied(**properties)
-        return bs.Model(model.name, model.blocks, [i.with_joint_material(joint) for i in model.interfaces]), case
-
-    values = {
-        "friction_coefficient": [0.2, 0.9],
-        "compressive_strength": [None, Q_(200, "kPa"), Q_(50, "kPa"), Q_(10, "kPa")],
-    }
-    data = bs.study(build, values, workers=1, listeners=[]).sel(case="push")
-    assert data.load_factor.dims == ("friction_coefficient", "compressive_strength")
-    expected = np.array([[0.2] * 3, [0.5, 0.5 * 0.9, 0.5 * 0.6]])
-    assert data.load_factor[:, :3].to_numpy() == pytest.approx(expected, rel=1e-6)
-    assert set(data.status[:, 3].to_numpy()) == {"unstable_under_dead_load"}
-    assert np.isnan(data.load_factor[:, 3]).all()
-    assert data.compressive_strength.units == "kilopascal"
-
-
 def test_cells_leave_too_much_of_a_reaction():
     """A skew beam of 28 kN on ledges, one of which gives way: W (L/2 − a)/(L − a) = 8 kN is left if nothing crushes."""
 

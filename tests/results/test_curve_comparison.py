@@ -1,6 +1,5 @@
 """Pushovers side by side: compared, reproduced, in the table of an archive, and against their own numbers."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -174,17 +173,13 @@ def test_a_pushover_is_reproduced(rocking, tmp_path):
     assert other.cases.loc["push", "d0_other"] == pytest.approx(0.15, rel=1e-4)
 
 
-def test_a_curve_is_held_against_its_blocks(rocking):
+def test_the_d0_of_a_curve_is_held_against_its_displacements(rocking):
     result = rocking["push"]
-    assert bs.results.contradictions(rocking) == []
     curve = result.capacity.copy(deep=True)
     curve["displacement"] = curve["displacement"] * 1.01
-    said = [
-        what
-        for _, what in bs.results.contradictions(rocking.replaced(results={"push": replace(result, capacity=curve)}))
-    ]
-    assert re.match("state [1-9] of the capacity curve: its displacement is ", said[0])
-    assert said[-1].startswith("d0 is 0.15 m, that of the capacity curve 0.151")
+    changed = rocking.replaced(results={"push": replace(result, capacity=curve)})
+    *_, (_, said) = bs.results.contradictions(changed)
+    assert said.startswith("d0 is 0.15 m, that of the capacity curve 0.151")
 
 
 def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
@@ -209,7 +204,7 @@ def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
     assert same.difference(same)["agree"].all()
 
 
-def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call):
+def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call, fails):
     path, curve = bs.save_analysis(rocking, tmp_path / "push.h5"), rocking["push"].capacity
     _, out, _ = call("history", path, "push", "--pushover")
     titles, *lines = out.splitlines()
@@ -222,5 +217,4 @@ def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call):
     np.testing.assert_allclose(table["displacement [meter]"], curve["displacement"])
     np.testing.assert_allclose(table["motion_time [second]"], curve["motion_time"])
     for option, value, words in (("--variable", "colour", "it has load_factor"), ("--interface", "a|b", "leave it")):
-        code, _, err = call("history", path, "push", "--pushover", option, value)
-        assert (code, words in err) == (2, True)
+        fails(words, "history", path, "push", "--pushover", option, value)

@@ -113,8 +113,8 @@ def test_forces_beyond_friction_are_found(wall):
 
 
 @pytest.mark.parametrize("structure", ["tied", "wall", "detected"])
-def test_validate_accepts_honest_results(stored, call, structure):
-    assert call("validate", stored[structure])[0] == 0
+def test_validate_accepts_honest_results(stored, done, structure):
+    done("validate", stored[structure])
 
 
 def test_a_curve_without_its_pushover_is_refused(stored, tmp_path, call):
@@ -129,10 +129,10 @@ def test_a_curve_without_its_pushover_is_refused(stored, tmp_path, call):
     assert (code, "case 'push': state 3 of the capacity curve: its" in out) == (4, True)
 
 
-def test_validate_finds_another_reaction(tmp_path, call):
+def test_validate_finds_another_reaction(tmp_path, call, done):
     path = tmp_path / "beam.h5"
     bs.run(beam_on_ledges(), bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
-    assert call("validate", path)[0] == 0
+    done("validate", path)
     for place, words in (
         ("cases/down/reaction", "/cases/down/reaction: the reaction is"),
         ("cases/down/history/reaction", "case 'down': the reaction of iteration"),

@@ -34,11 +34,9 @@ def test_every_room_shows_the_same_sentence(every_schedule, small_model, dead):
     sentence = str(given.headline)
     assert str(given) == f"push: {sentence}"
     assert sentence in str(every_schedule)
-    assert sentence in result_text(given).plain
     assert given.headline.text(6) in given._repr_html_()
-    summary = json.loads(json.dumps(analysis_summary(every_schedule)))
-    assert summary["headlines"]["push"]["text"] == summary["cases"][0]["text"] == sentence
-    assert summary["headlines"]["push"]["load_factor"] == given.load_factor
+    head = analysis_summary(every_schedule)["headlines"]["push"]
+    assert (head["text"], head["load_factor"]) == (sentence, given.load_factor)
     shown = payload(every_schedule)["cases"][0]["head"]
     assert shown["number"] == given.headline.number == contents(every_schedule, {})["results"][0]["number"]
     settings = settings_of(procedure="fictitious", max_programs=1)

@@ -27,28 +27,14 @@ def model():
         box("low", [0, 0, 0], [0.5, 1, 1]),
         box("high", [0, 0, 1], [0.5, 1, 1.5]),
     ]
+    of_tie = {"area": "30 mm^2", "strength": "235 MPa", "punching_force": "6 kN", "prestress": "1 kN"}
+    of_bar = {"diameter": "10 mm", "bond_strength": "0.2 MPa", "strength": "235 MPa"}
+    ends = ("pier", "[-1, 0.5, 2.3] m"), ("high", "[0, 0.5, 2.3] m")
+    over = ("low", "[0, 0.2, 0.8] m"), ("high", "[0, 0.2, 1.2] m")
     ties = [
-        bs.Tie(
-            "tie",
-            ("pier", "[-1, 0.5, 2.3] m"),
-            ("high", "[0, 0.5, 2.3] m"),
-            area="30 mm^2",
-            strength="235 MPa",
-            punching_force="6 kN",
-            prestress="1 kN",
-            elongation_limit="20 mm",
-        ),
-        bs.ties.BondedBar(
-            "bar",
-            "[0.2, 0.4, -0.5] m",
-            "[0.2, 0.4, 2.3] m",
-            diameter="10 mm",
-            bond_strength="0.2 MPa",
-            strength="235 MPa",
-        ),
-        bs.ties.Strip(
-            "strip", ("low", "[0, 0.2, 0.8] m"), ("high", "[0, 0.2, 1.2] m"), area="50 mm^2", strength="1 GPa"
-        ),
+        bs.Tie("tie", *ends, **of_tie, elongation_limit="20 mm"),
+        bs.ties.BondedBar("bar", "[0.2, 0.4, -0.5] m", "[0.2, 0.4, 2.3] m", **of_bar),
+        bs.ties.Strip("strip", *over, area="50 mm^2", strength="1 GPa"),
     ]
     return model_of(blocks, bs.JointMaterial("joint", 0.8), "tied").with_ties(ties)
 

@@ -14,7 +14,7 @@ from blockstruct.limit import (
     fictitious_sliding,
     true_sliding,
 )
-from blockstruct.solvers import ClarabelSolver
+from blockstruct.solvers import ClarabelSolver, RememberingSolver
 from blockstruct.solvers.cvxpy import CvxpySolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
@@ -130,3 +130,31 @@ def test_too_few_programs_is_a_status(small_model):
     assert result.status == "not_converged"
     assert result.outcome.programs <= 5
     assert result.n_iterations <= 5
+
+
+def test_cases_share_the_programs_of_their_dead_load(small_model, monkeypatch):
+    solved = []
+
+    class Counting(ClarabelSolver):
+        def solve(self, program, data, tolerance):
+            solved.append(program.problem)
+            return super().solve(program, data, tolerance)
+
+    monkeypatch.setattr("blockstruct.solvers.ClarabelSolver", Counting)
+    pushes = [bs.LoadPattern(name, [bs.BodyForce(name)]) for name in ("+x", "-x")]
+    cases = [bs.LimitCase(pattern.name, SELF_WEIGHT, pattern, "nonassociative") for pattern in pushes]
+    settings = ProcedureSettings(procedure="fictitious")
+    both = bs.AnalysisManager(small_model, settings=settings, effects=False).run(cases)
+    assert sum(not problem.w_D.any() for problem in solved) == 1
+    alone = bs.AnalysisManager(small_model, settings=settings, effects=False).run(cases[1:])
+    assert both["-x"].load_factor == alone["-x"].load_factor
+
+
+def test_a_solution_is_kept_for_the_same_numbers_only(problem):
+    own, solver = problem.dead_load_alone, RememberingSolver(ClarabelSolver())
+    program = ConicProgram(own, ProcedureSettings())
+    data = program.data(true_sliding(own), max_load_factor=1.0)
+    first = solver.solve(program, data, 1e-8)
+    assert solver.solve(ConicProgram(own, ProcedureSettings()), data, 1e-8) is first
+    assert solver.solve(program, data, 1e-9) is not first
+    assert solver.solve(program, program.data(true_sliding(own), max_load_factor=0.5), 1e-8) is not first

@@ -2,7 +2,6 @@
 
 import gc
 import os
-import pickle
 import shutil
 import warnings
 from pathlib import Path
@@ -14,8 +13,6 @@ import blockstruct as bs
 from blockstruct.storage import file as storage_file
 from blockstruct.storage.file import AnalysisFile
 from structures import seal_again
-
-CASE = "/cases/push associative"
 
 
 @pytest.fixture(scope="module")
@@ -96,11 +93,6 @@ def test_descriptors_are_closed(copy, monkeypatch):
         bs.open_analysis(copy)["push associative"].history.load()
     gc.collect()
     assert len(list(Path("/proc/self/fd").iterdir())) == before
-
-
-def test_a_result_can_be_sent_to_another_process(path, small_analysis):
-    sent = pickle.loads(pickle.dumps(bs.open_analysis(path)["push associative"]))
-    assert sent.history.identical(small_analysis["push associative"].history)
 
 
 def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):

@@ -66,7 +66,6 @@ def test_bonded_corners_hold_the_front_back():
         ("room: back wall opening 1 4.5 m", {"openings": {"back": [Opening("4.5 m", *["1 m"] * 3)]}}),
         ("room courses height", {"height": None}),
         ("room unit_length", {"unit_length": None}),
-        ("room depth thickness", {"depth": "0.5 m"}),
     ],
 )
 def test_refused_rooms(words, arguments):

@@ -23,10 +23,6 @@ def load_factors(data):
     return data.load_factor.sel(case="push").to_numpy().round(6).tolist()
 
 
-def files(folder):
-    return sorted(p.name for p in folder.rglob("*") if p.is_file())
-
-
 def test_a_grid_of_the_contract(tmp_path):
     """Sliding at μ, rocking at b / h: α = min(μ, b / h)."""
     heights = Q_([100, 50], "cm")
@@ -78,21 +74,19 @@ def test_pushovers_have_where_they_end(tmp_path):
 
 
 def test_finished_runs_are_not_repeated(tmp_path):
-    built = []
+    """By a build of another source, too, if it still makes the same models."""
+    built, seen = [], []
 
     def build(friction_coefficient):
         built.append(friction_coefficient)
         return studied.block(friction_coefficient)
 
-    bs.study(build, MU, tmp_path, workers=1)
+    bs.study(studied.block, MU, tmp_path, workers=1)
     before = {p: p.stat().st_mtime_ns for p in tmp_path.glob("*.h5")}
-    built.clear()
-    seen = []
-    data = bs.study(
-        build, {"friction_coefficient": [0.3, 0.4, 0.6, 0.45]}, tmp_path, workers=1, listeners=[seen.append]
-    )
+    more = {"friction_coefficient": [0.3, 0.4, 0.6, 0.45]}
+    data = bs.study(build, more, tmp_path, workers=1, listeners=[seen.append])
     assert load_factors(data) == [0.3, 0.4, 0.5, 0.45]
-    # Those found are built, to see that build still makes the same.
+    # Those found are built, to see what build makes.
     assert built == [0.3, 0.4, 0.6, 0.45]
     assert all(p.stat().st_mtime_ns == time for p, time in before.items())
     assert (seen[0].done, seen[0].found, seen[-1].done, seen[-1].total) == (3, 3, 4, 4)
@@ -106,19 +100,6 @@ def test_units_do_not_tell_runs_apart(tmp_path):
 
 def other_block(friction_coefficient):
     return studied.block(friction_coefficient, Q_(2, "m"))
-
-
-def same_block(friction_coefficient):
-    """Another source, the same models."""
-    return studied.block(friction_coefficient)
-
-
-def test_a_build_that_was_rewritten_keeps_the_runs_of_the_same_models(tmp_path):
-    parameters, seen = {"friction_coefficient": [0.3, 0.6]}, []
-    bs.study(studied.block, parameters, tmp_path, workers=1)
-    data = bs.study(same_block, parameters, tmp_path, workers=1, listeners=[seen.append])
-    assert load_factors(data) == [0.3, 0.5]
-    assert seen[0].found == 2
 
 
 @pytest.mark.parametrize("change", ["build", "settings", "what it calls"])
@@ -160,14 +141,22 @@ def test_files_under_the_names_of_other_runs_are_refused(tmp_path, how):
     assert load_factors(bs.study(studied.block, parameters, tmp_path, workers=1)) == load_factors(data)
 
 
+def cut(build, path, values, error=KeyboardInterrupt):
+    """Replace a run of a study by one of other values that ended after an iteration."""
+    whose = bs.open_analysis(path).study
+    path.unlink()
+    model, case = build(**values)
+    manager = bs.AnalysisManager(
+        model, path, parameters=values, study=whose, listeners=[stopping(IterationDone, error=error)]
+    )
+    with contextlib.suppress(SystemExit):
+        manager.run([case])
+
+
 def test_an_interrupted_run_under_another_name_is_not_gone_on_with(tmp_path):
     parameters = {"friction_coefficient": 0.3, "height": Q_([90, 80], "cm")}
     low = tmp_path / bs.study(studied.block, parameters, tmp_path, workers=1).path.to_numpy()[1]
-    whose = bs.open_analysis(low).study
-    low.unlink()
-    model, case = studied.block(0.3, Q_(1, "m"))
-    values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}
-    bs.AnalysisManager(model, low, parameters=values, study=whose, listeners=[stopping(IterationDone)]).run([case])
+    cut(studied.block, low, {"friction_coefficient": 0.3, "height": Q_(1, "m")})
     with pytest.raises(bs.errors.StorageError, match=r"height 1\.0 meter, but its name stands for 0\.8 meter"):
         bs.study(studied.block, parameters, tmp_path, workers=1)
 
@@ -199,35 +188,22 @@ def test_a_table_of_failures_alone(sampling):
 
 def test_a_killed_run_is_gone_on_with(tmp_path):
     """What a study leaves that is killed: its next call resumes the run in flight."""
-    values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}
-    seen, kill = [], stopping(IterationDone, error=SystemExit)
-    data = bs.study(studied.block, values, tmp_path, workers=1)
-    path = tmp_path / str(data.path.item() if data.path.ndim == 0 else data.path.to_numpy().ravel()[0])
-    whose = bs.open_analysis(path).study
-    path.unlink()
-    model, case = studied.block(**values)
-    with pytest.raises(SystemExit):
-        bs.AnalysisManager(model, path, parameters=values, study=whose, listeners=[kill]).run([case])
+    values, seen = {"friction_coefficient": 0.3, "height": Q_(1, "m")}, []
+    path = tmp_path / bs.study(studied.block, values, tmp_path, workers=1).path.item()
+    cut(studied.block, path, values, SystemExit)
     again = bs.study(studied.block, values, tmp_path, workers=1, listeners=[seen.append])
     assert again.load_factor.to_numpy().ravel() == pytest.approx([0.3], rel=1e-6)
     assert seen[0].found == 0
-    assert path.is_file()
-    assert not path.with_name(f"{path.name}.partial").exists()
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-@pytest.mark.parametrize("end", ["killed", "interrupted"])
-def test_a_run_that_began_with_another_model_is_not_gone_on_with(tmp_path, monkeypatch, end):
+@pytest.mark.parametrize("error", [SystemExit, KeyboardInterrupt], ids=["killed", "interrupted"])
+def test_a_run_that_began_with_another_model_is_not_gone_on_with(tmp_path, monkeypatch, error):
     """What build calls has changed since, and its own source has not: h of 1 m becomes 2 m, α = b / h."""
     build = functools.partial(studied.failing, height=Q_(1, "m"))
     values = {"friction_coefficient": [0.6]}
     path = tmp_path / bs.study(build, values, tmp_path, workers=1).path.item()
-    whose = bs.open_analysis(path).study
-    path.unlink()
-    stop = stopping(IterationDone, error=SystemExit if end == "killed" else KeyboardInterrupt)
-    model, case = build(0.6)
-    with pytest.raises(SystemExit) if end == "killed" else contextlib.nullcontext():
-        given = {"friction_coefficient": 0.6}
-        bs.AnalysisManager(model, path, parameters=given, study=whose, listeners=[stop]).run([case])
+    cut(build, path, {"friction_coefficient": 0.6}, error)
     same = studied.block
     monkeypatch.setattr(studied, "block", lambda mu, height: same(mu, Q_(2, "m")))
     with pytest.raises(bs.errors.StorageError, match=r"1 run of these parameters.*another model.*rerun=True"):
@@ -269,6 +245,11 @@ def test_equal_samples_are_run_once(tmp_path):
     assert len(list(tmp_path.glob("*.h5"))) == 2
     assert load_factors(data) == [min(0.3, 0.5 / courses) for courses in data.courses.to_numpy()]
     assert (seen[-1].done, seen[-1].total) == (2, 2)
+
+
+def test_none_is_nan_in_the_coordinate():
+    design = studies.design.design_of({"strength": [None, Q_(200, "kPa")]}, None, None, seed=0)
+    np.testing.assert_array_equal(design.axes["strength"].coordinate, [np.nan, 200])
 
 
 def test_latin_hypercube_samples_every_layer():

@@ -31,6 +31,13 @@ def obj_text(vertices: Iterable[Sequence[float]] = CUBE, faces: Iterable[Sequenc
     return "\n".join(lines) + "\n"
 
 
+def objects_text(bodies: dict[str, Iterable[Sequence[float]]], faces: Iterable[Sequence[int]] = QUADS) -> str:
+    """An OBJ file of named bodies of eight corners, with vertices counted from the end of the file."""
+    return "".join(
+        f"o {name}\n" + obj_text(points, [[i - 9 for i in f] for f in faces]) for name, points in bodies.items()
+    )
+
+
 def fans(faces: Iterable[Sequence[int]]) -> list[tuple[int, int, int]]:
     """Triangles of convex polygons."""
     return [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]

@@ -3,7 +3,6 @@
 import math
 
 import attrs
-import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -253,14 +252,6 @@ def test_resultants_balance_the_block():
     assert last.eccentricity.sel(in_plane="t") == pytest.approx(0.0, abs=1e-5)
     # Bending about t: M_t = −N e_s, because r × N n = N (e_t s − e_s t).
     assert last.moment.sel(component="t") == pytest.approx(-10e3 * 0.25, rel=1e-5)
-
-
-def test_states_of_rocking_and_sliding():
-    rocking = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
-    sliding = solve(model_of(*single_block(2.0, 1.0, mu=0.3)), push(1, 0, 0), "nonassociative")
-    assert rocking.states.isel(iteration=-1).item() == "hinge"
-    assert sliding.states.isel(iteration=-1).item() == "sliding"
-    assert np.allclose(sliding.mechanism.translation.sel(block="block"), [1, 0, 0], atol=1e-4)
 
 
 def test_dead_load_pattern_may_be_empty():

@@ -89,7 +89,6 @@ def test_associative_flow_settles_by_its_tangents(courses, units, strength):
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 @pytest.mark.parametrize("strength", ["4 MPa", "2 MPa"])
 def test_pier_and_spandrel(strength):
-    """Half a minute each."""
     example = runpy.run_path(str(EXAMPLE))
     blocks = example["assemblage"]().blocks
     joint = bs.JointMaterial("mortar", 0.6, compressive_strength=strength)

@@ -431,7 +431,6 @@ def test_a_block_turned_about_a_corner_lifts_the_one_across(interaction):
 @pytest.mark.parametrize("torsion", ["corners", "uniform pressure"])
 @pytest.mark.parametrize("interaction", ["uniaxial", "biaxial"])
 def test_frames_that_slide_and_crush_converge(interaction, torsion, seed):
-    """Frames of blocks, pushed and twisted at random."""
     model, variable = random_frame(seed, torsion, compressive_strength="250 kPa")
     result = solve(model, variable, crushing_interaction=interaction)
     assert result.status == "converged"

@@ -28,10 +28,8 @@ HOSTILE = "</script><b>wall</b> ’ü 墙 @data@"
 
 
 @pytest.fixture(scope="module")
-def analysis(tuff, dry):
-    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    model = bs.Model(HOSTILE, blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+def analysis(small_model):
+    model = bs.Model(HOSTILE, small_model.blocks, small_model.interfaces)
     cases = [bs.LimitCase(f"<i>{flow}</i>", SELF_WEIGHT, push(1, 0, 0), flow) for flow in bs.Flow]
     return bs.AnalysisManager(model).run(cases)
 

@@ -11,16 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.arrays import Array
 from blockstruct.geometry.polygon import polygon_area
 from blockstruct.geometry.screws import screw_motions
 from blockstruct.imports.solid import Content, Solid, make_blocks
 from blockstruct.units import QuantityLike, si
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

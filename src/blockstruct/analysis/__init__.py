@@ -22,12 +22,11 @@ from blockstruct.analysis.events import (
     Listener,
     StateDone,
     StepDone,
-    log_to,
     print_lines,
 )
 from blockstruct.analysis.manager import AnalysisManager, recover, reproduce, run
 from blockstruct.analysis.ties import least_tie_force
 
 __all__ = ["AnalysisManager", "least_tie_force", "recover", "reproduce", "run"]
-__all__ += ["CaseFinished", "CaseStarted", "Event", "IterationDone", "Listener", "StateDone", "StepDone", "log_to"]
+__all__ += ["CaseFinished", "CaseStarted", "Event", "IterationDone", "Listener", "StateDone", "StepDone"]
 __all__ += ["print_lines"]

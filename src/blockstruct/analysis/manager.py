@@ -41,7 +41,7 @@ from blockstruct.results import (
     iteration_variables,
     state_arrays,
 )
-from blockstruct.solvers import solver_of
+from blockstruct.solvers import RememberingSolver, solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Reason, Status
@@ -149,7 +149,8 @@ class AnalysisManager:
         self.document_hash = document_hash
         self.effects = effects
         self.statics = Statics.of(model, Division(self.settings.crushing_cells))
-        solver_of(self.settings)
+        self._solvers = dict[str, Solver]()
+        self._solver_of(self.settings)
         self.store = None if store is None else claim(store)
 
     def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
@@ -335,7 +336,7 @@ class AnalysisManager:
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
         scaled = problem.at_unit_load
-        solver = solver_of(settings)
+        solver = self._solver_of(settings)
         replay = ReplaySolver(statics, scaled, before.history, solver) if before.n_iterations else None
         answers: Solver = replay or solver
         made_by = before.versions if before.n_iterations else ()
@@ -377,6 +378,13 @@ class AnalysisManager:
         # The curve begins with the collapse state as the first run kept it.
         first = before.history if before.n_iterations == len(iterations) else history
         return followed(done, statics, problem, kept_state(statics, problem, first, iterations[-1]), listeners)
+
+    def _solver_of(self, settings: ProcedureSettings) -> Solver:
+        """Return the solver of settings, which knows the dead loads of earlier cases."""
+        name = settings.numerics.solver
+        if name not in self._solvers:
+            self._solvers[name] = RememberingSolver(solver_of(settings))
+        return self._solvers[name]
 
     def _problem_of(self, result: CaseResult) -> tuple[Statics, LimitProblem]:
         """Return statics and limit problem of a result, with its division into cells."""

@@ -31,39 +31,8 @@ from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.vocabulary import Way
 
-__all__ = [
-    # buildings
-    "DIRECTIONS",
-    "Building",
-    "building",
-    "UnitSizes",
-    "unit_sizes",
-    # checks
-    "LocalMechanismCheck",
-    "LimitState",
-    "Verdict",
-    "Way",
-    "WayOfChecking",
-    "local_mechanism",
-    "Coefficients",
-    "KNOWLEDGE_LEVELS",
-    "CapacityCurve",
-    "Participation",
-    # by hand
-    "Overturning",
-    "overturning",
-    # demand
-    "FloorSpectrum",
-    "Mode",
-    "NtcSpectrum",
-    "Spectrum",
-    "TableSpectrum",
-    "floor_spectrum",
-    "ntc_spectrum",
-    "table_spectrum",
-    # constants
-    "STANDARD_GRAVITY",
-    # as it is handed in
-    "Line",
-    "Section",
-]
+__all__ = ["DIRECTIONS", "Building", "building", "UnitSizes", "unit_sizes"]
+__all__ += ["LocalMechanismCheck", "LimitState", "Verdict", "Way", "WayOfChecking", "local_mechanism"]
+__all__ += ["Coefficients", "KNOWLEDGE_LEVELS", "CapacityCurve", "Participation", "Overturning", "overturning"]
+__all__ += ["FloorSpectrum", "Mode", "NtcSpectrum", "Spectrum", "TableSpectrum"]
+__all__ += ["floor_spectrum", "ntc_spectrum", "table_spectrum", "STANDARD_GRAVITY", "Line", "Section"]

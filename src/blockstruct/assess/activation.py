@@ -11,12 +11,13 @@ thus needs the least value over all motions, and not the value of the mechanism 
 
 With ``Σ(P+Q)δ = 1``, ``f = α(u)`` is convex, and ``q = 1/e* = Σ(P+Q) Σ(P+Q)δ²`` is a convex quadratic form. For any
 weight λ > 0, ``f q ≤ (f + λ q)² / 4 λ``, with equality at ``λ = f/q``. So convex programs that minimise ``f + λ q``,
-each with the λ of the motion before, never raise the product ``f q``.
+each with the λ of the motion before, never raise the product ``f q``. They end once this bound is close to the product.
 
 The number of bodies decides e*, too: two bodies that nearly turn as one have e* = 0.8 where one body has 1. So the two
 bodies that move apart least are joined to a rigid one, and the programs are repeated. Bodies stay apart if α(u) alone
-would exceed the least acceleration so far. A joint that is closed costs work, which α(u) counts. The least acceleration
-therefore does not jump where a joint opens by more or less than a tolerance.
+would exceed the least acceleration so far, and no further body that is joined makes α(u) less. A joint that is closed
+costs work, which α(u) counts. The least acceleration therefore does not jump where a joint opens by more or less than a
+tolerance.
 """
 
 from collections.abc import Sequence
@@ -25,8 +26,8 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.limit import ConicProgram, LimitProblem, ProcedureSettings, Sliding
@@ -38,9 +39,6 @@ from blockstruct.results import CaseResult, MacroBlock, division_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Accuracy of the programs.
 _ACCURATE = 1e-8
@@ -101,9 +99,14 @@ def least_activation(
             motion = np.zeros((len(result.model.blocks), 6))
             motion[search.blocks] = found.motion
             best, weight = Activation(found.alpha, 1 / found.q, search.count, motion), found.weight
-        joined_to = (search.joining(pair) for pair in search.nearest(found.motion))
-        tried = ((one, one.least(weight, best.acceleration)) for one in joined_to)
-        search, found = next(((one, motion) for one, motion in tried if motion is not None), (search, None))
+        nearest, found = search.nearest(found.motion), None
+        for pair in nearest:
+            joined_to = search.joining(pair)
+            found = joined_to.least(weight, best.acceleration)
+            if found is not None:
+                search = joined_to
+                break
+            search = replace(search, apart=search.apart | {pair})
     return best
 
 
@@ -145,6 +148,8 @@ class _Search:
         Both blocks and the corners, m, of each joint between moving blocks.
     rigid : frozenset of int
         Bodies that are rigid because they were joined.
+    apart : frozenset of (int, int)
+        Pairs of bodies that stay apart.
     """
 
     problem: LimitProblem
@@ -158,6 +163,7 @@ class _Search:
     body: Index
     joints: tuple[tuple[int, int, Array], ...]
     rigid: frozenset[int] = frozenset()
+    apart: frozenset[tuple[int, int]] = frozenset()
 
     @classmethod
     def of(
@@ -232,22 +238,30 @@ class _Search:
         found = self.solved(weight)
         if found is None or found.alpha >= limit:
             return None
-        again = self.solved(found.weight)
-        while again is not None and again.acceleration < (1 - ACCURACY) * found.acceleration:
-            found, again = again, self.solved(again.weight)
+        while (weight - found.weight) ** 2 > 4 * ACCURACY * weight * found.weight:
+            weight, again = found.weight, self.solved(found.weight)
+            if again is None or again.acceleration >= (1 - ACCURACY) * found.acceleration:
+                break
+            found = again
         return found
 
     def joining(self, pair: tuple[int, int]) -> "_Search":
         """Return the search in which two bodies are one rigid body."""
         one, other = pair
-        return replace(self, body=np.where(self.body == other, one, self.body), rigid=(self.rigid - {other}) | {one})
+        apart = (sorted(one if body == other else body for body in bodies) for bodies in self.apart)
+        return replace(
+            self,
+            body=np.where(self.body == other, one, self.body),
+            rigid=(self.rigid - {other}) | {one},
+            apart=frozenset((first, second) for first, second in apart),
+        )
 
     def nearest(self, motion: Array) -> list[tuple[int, int]]:
-        """Return the pairs of bodies that touch, those that move apart least in a motion first."""
+        """Return the pairs of bodies that touch and may be joined, those that move apart least in a motion first."""
         apart: dict[tuple[int, int], float] = {}
         for minus, plus, corners in self.joints:
             one, other = sorted((int(self.body[minus]), int(self.body[plus])))
-            if one < 0 or one == other:
+            if one < 0 or one == other or (one, other) in self.apart:
                 continue
             v = [motion[k, :3] + np.cross(motion[k, 3:], corners - self.centroid[k]) for k in (minus, plus)]
             fastest = float(np.linalg.norm(v[1] - v[0], axis=1).max())

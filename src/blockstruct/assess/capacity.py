@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
@@ -16,8 +16,6 @@ from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult, MacroBlock
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
-
-Array = NDArray[np.float64]
 
 #: Distance between the hinge of the forces and the axis of the velocities, relative to the extent of the body.
 _APART = 2e-3

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
@@ -16,8 +16,6 @@ from blockstruct.model import Model
 from blockstruct.results import CaseResult, block_rotations
 from blockstruct.text import shown
 from blockstruct.vocabulary import counted
-
-Array = NDArray[np.float64]
 
 #: Motion of the control point in the mechanism, relative to the largest, from which it measures the displacement.
 _MOVES = 0.05
@@ -144,7 +142,7 @@ def d0_of_weights(
     return float(weight @ ((now - forces.point[of]) @ forces.direction) / weight.sum() / e_star)
 
 
-def _turns_back(way: Array) -> NDArray[np.bool_]:
+def _turns_back(way: Array) -> Flags:
     """Return the states, (state, …), in which displacements are smaller than before."""
     return np.asarray(np.maximum.accumulate(way) - way > ACCURACY * way.max(axis=0))
 
@@ -159,7 +157,7 @@ def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:
     return way[on], np.minimum.reduceat(alpha, np.append(0, on[:-1] + 1))
 
 
-def _instead(capacity: xr.Dataset, certified: NDArray[np.bool_], direction: Array, furthest: float) -> str:
+def _instead(capacity: xr.Dataset, certified: Flags, direction: Array, furthest: float) -> str:
     """Return the remedy for a control point that turns back."""
     position = capacity["position"].transpose("step", "block", "axis").to_numpy()[certified]
     way = (position - position[0]) @ direction
@@ -172,6 +170,6 @@ def _instead(capacity: xr.Dataset, certified: NDArray[np.bool_], direction: Arra
     )
 
 
-def _certified(capacity: xr.Dataset) -> NDArray[np.bool_]:
+def _certified(capacity: xr.Dataset) -> Flags:
     """Return which steps precede the first one whose certificate does not hold."""
     return np.cumprod(capacity["holds"].transpose("step").to_numpy()).astype(bool)

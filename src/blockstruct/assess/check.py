@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
 from blockstruct.assess.limit_states import METHODS, LimitState
@@ -18,11 +18,22 @@ from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.notebook import html_table
 from blockstruct.results import CaseResult, MacroBlock, with_motion
-from blockstruct.text import SMALL, Note, Severity, assessment, direction_text, in_g, shown, smaller_bodies
+from blockstruct.text import SMALL, Note, NoteCode, Severity, assessment, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way, listed
 
 g = STANDARD_GRAVITY
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
+#: Codes of the notes on the ways to check.
+_CODES = {
+    Way.WITHOUT_SMALL: NoteCode.SMALL_MOTIONS,
+    Way.OTHER_MOTION: NoteCode.OTHER_MOTION,
+    Way.LOWER_END: NoteCode.RANGE,
+    Way.UNIFORM_TORSION: NoteCode.CORNER_TORSION,
+    Way.BIAXIAL: NoteCode.BIAXIAL_CRUSHING,
+    Way.OTHER_PROCEDURE: NoteCode.JAMMED_PART,
+    Way.WEIGHTS: NoteCode.CONTROL_POINT,
+    Way.ALONE: NoteCode.OVERTURNS_ALONE,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -58,12 +69,12 @@ class LocalMechanismCheck:
     beside : Overturning or None
     coefficients : Coefficients
     notes : tuple of Note
-        Read them before relying on the check.
+        Read them before relying on the check. Warnings come first, then notes with the largest effect on the ratio.
     """
 
     result: CaseResult
     alpha0: float
-    direction: NDArray[np.float64]
+    direction: Array
     bodies: tuple[MacroBlock, ...]
     participation: Participation
     participation_of_blocks: Participation
@@ -80,6 +91,12 @@ class LocalMechanismCheck:
     beside: Overturning | None
     coefficients: Coefficients
     notes: tuple[Note, ...]
+
+    def __post_init__(self) -> None:
+        ratio = self.limit_states[self.relied_on].ratio
+        effects = {_CODES[way.way]: way.effect(ratio) for way in self.others}
+        ranks = {note: (note.severity is not Severity.WARNING, -effects.get(note.code, 0.0)) for note in self.notes}
+        object.__setattr__(self, "notes", tuple(sorted(self.notes, key=ranks.__getitem__)))
 
     @property
     def verdict(self) -> Verdict:

@@ -6,8 +6,9 @@ from itertools import combinations
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
@@ -18,7 +19,6 @@ from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si
 from blockstruct.vocabulary import counted
 
-Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
 
 #: Relative difference of |γ ψ| of the first mode, from which two heights differ.

@@ -3,15 +3,13 @@
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import CaseResult, MacroBlock, tie_state
 from blockstruct.vocabulary import TieState
-
-Array = NDArray[np.float64]
 
 #: Force at a joint, relative to the weight of the lesser body, that counts as zero.
 _UNLOADED = 1e-4

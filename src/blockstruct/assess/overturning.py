@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line, section
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
@@ -19,8 +19,6 @@ from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.text import EFFECT, Note, assessment, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
-
-Array = NDArray[np.float64]
 
 _WHO = "overturning"
 #: Distance of an edge from the blocks, relative to their extent, up to which it is accepted.

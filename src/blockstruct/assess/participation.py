@@ -6,8 +6,8 @@ from typing import Self
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.assess.lines import Line
 from blockstruct.assess.tolerances import ROUNDING
 from blockstruct.errors import ModelError
@@ -15,8 +15,6 @@ from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import shown
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +37,7 @@ class HorizontalForces:
 
     direction: Array
     share: float
-    block: NDArray[np.int64]
+    block: Index
     point: Array
     weight: Array
 
@@ -90,7 +88,7 @@ class HorizontalForces:
         return np.asarray(moved @ self.direction)
 
 
-def _summed(block: NDArray[np.int64], point: Array, force: Array) -> tuple[NDArray[np.int64], Array, Array]:
+def _summed(block: Index, point: Array, force: Array) -> tuple[Index, Array, Array]:
     """Return forces with one block and one point added up, as several loads may push one mass."""
     _, first, which = np.unique(np.column_stack([block, point]), axis=0, return_index=True, return_inverse=True)
     total = np.zeros((len(first), 3))
@@ -123,7 +121,7 @@ class Participation:
     left_out: Self | None = None
 
     @classmethod
-    def of(cls, names: Sequence[str], groups: Sequence[NDArray[np.int64]], weight: Array, displacement: Array) -> Self:
+    def of(cls, names: Sequence[str], groups: Sequence[Index], weight: Array, displacement: Array) -> Self:
         """Return the participation of groups of forces; a group without weight takes no part."""
         total = np.array([weight[group].sum() for group in groups])
         heavy = np.flatnonzero(total > 0).tolist()
@@ -163,7 +161,7 @@ class Participation:
                 return self._only(kept), self._only(~kept)
             kept = fast
 
-    def _only(self, which: NDArray[np.bool_]) -> Self:
+    def _only(self, which: Flags) -> Self:
         names = tuple(name for name, one in zip(self.names, which, strict=True) if one)
         return replace(self, names=names, weight=self.weight[which], displacement=self.displacement[which])
 

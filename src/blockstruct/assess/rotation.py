@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.tolerances import ACCURACY, ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
-
-Array = NDArray[np.float64]
 
 #: Angles, from zero to a right angle, that bracket a wanted one.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)

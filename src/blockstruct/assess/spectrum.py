@@ -6,8 +6,9 @@ from types import MappingProxyType
 from typing import Protocol, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
@@ -16,7 +17,6 @@ from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si
 
-Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
 
 #: Ground accelerations, in multiples of gravity, that bracket a wanted one.

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import check, check_ground, checked_periods, damping_factor
 from blockstruct.errors import ModelError
@@ -14,7 +15,6 @@ from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
 
-Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
 
 

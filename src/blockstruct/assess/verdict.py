@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.text import Note, assessment
@@ -34,8 +34,12 @@ class WayOfChecking:
     alpha: float
     e_star: float
     state: LimitState
-    motion: NDArray[np.float64] | None = None
+    motion: Array | None = None
     load_factor: float = 1.0
+
+    def effect(self, ratio: float) -> float:
+        """Return the relative change of a ratio, by the load factor or by the motion of this way."""
+        return abs(1 - self.load_factor) if self.load_factor != 1 else abs(1 - self.state.ratio / ratio)
 
 
 @dataclass(frozen=True, slots=True)

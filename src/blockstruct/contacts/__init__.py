@@ -12,12 +12,5 @@ from blockstruct.contacts.corrected import CorrectedJoints, corrected_joints
 from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.model import Detection, DetectionReport, DetectionTolerances, FoundContact
 
-__all__ = [
-    "CorrectedJoints",
-    "Detection",
-    "DetectionReport",
-    "DetectionTolerances",
-    "FoundContact",
-    "corrected_joints",
-    "detect_interfaces",
-]
+__all__ = ["Detection", "DetectionReport", "DetectionTolerances", "FoundContact", "detect_interfaces"]
+__all__ += ["CorrectedJoints", "corrected_joints"]

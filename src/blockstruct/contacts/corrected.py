@@ -5,15 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from blockstruct.arrays import Array
 from blockstruct.contacts.detection import LARGEST_ANGLE, detect_interfaces
 from blockstruct.model import Block, Detection, FoundContact, Interface, checked_tuple
 from blockstruct.model.detection_report import LISTED
 from blockstruct.units import QuantityLike, to_quantity
 from blockstruct.vocabulary import counted
-
-Array = NDArray[np.float64]
 
 #: Error of one corner of a quadrilateral, divided by the move of each corner into the new plane.
 CORNER_OFF = 4.0

@@ -7,8 +7,8 @@ from itertools import count
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Index
 from blockstruct.contacts.joint_rules import check_rules_fit, joint_rule, unruled
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry.coplanar import (
@@ -200,9 +200,7 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
     )
 
 
-def _close(
-    blocks: Sequence[Block], limits: DetectionTolerances, met: NDArray[np.int64]
-) -> list[tuple[int, int, float]]:
+def _close(blocks: Sequence[Block], limits: DetectionTolerances, met: Index) -> list[tuple[int, int, float]]:
     """Return close pairs of blocks without common faces, except two supports."""
     if not blocks:
         return []

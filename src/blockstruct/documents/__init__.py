@@ -3,12 +3,5 @@
 from blockstruct.documents.reader import Document, document_of, read_content, read_document
 from blockstruct.documents.writer import check_new_document, write_document, write_draft
 
-__all__ = [
-    "Document",
-    "check_new_document",
-    "document_of",
-    "read_content",
-    "read_document",
-    "write_document",
-    "write_draft",
-]
+__all__ = ["Document", "document_of", "read_content", "read_document"]
+__all__ += ["check_new_document", "write_document", "write_draft"]

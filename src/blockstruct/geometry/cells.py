@@ -8,10 +8,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING, SAME_GRID
 
-Array = NDArray[np.float64]
 Cells = tuple[Array, Array]
 
 #: Number of directions of the grids, and their numbers of columns relative to a square grid.

@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from blockstruct.arrays import Array, Flags, Index
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +25,11 @@ class Clipped:
     edge: Index
     count: Index
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> "Clipped":
+    def __getitem__(self, chosen: Flags) -> "Clipped":
         return Clipped(self.corner[chosen], self.edge[chosen], self.count[chosen])
 
     @property
-    def within(self) -> NDArray[np.bool_]:
+    def within(self) -> Flags:
         """Whether each corner is within the count, (P, N)."""
         return np.asarray(np.arange(self.corner.shape[1]) < self.count[:, None])
 
@@ -111,7 +109,7 @@ def _following(values: Array, count: Index) -> Array:
     return np.take_along_axis(values, after.reshape(after.shape + (1,) * (values.ndim - 2)), 1)
 
 
-def _packed(corner: Array, edge: Index, keep: NDArray[np.bool_]) -> Clipped:
+def _packed(corner: Array, edge: Index, keep: Flags) -> Clipped:
     """Move the corners to keep to the front."""
     count = keep.sum(axis=1)
     order = np.argsort(~keep, axis=1, kind="stable")[:, : max(int(count.max(initial=0)), 1)]

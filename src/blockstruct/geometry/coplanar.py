@@ -7,16 +7,13 @@ from math import copysign
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import expanded, facing_pairs
 from blockstruct.geometry.polygon import next_corners, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import ALIKE, CHUNK, GRID, SIDEWAYS, SNAP
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +146,7 @@ def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]
     return front[keep], back[keep]
 
 
-def _side_by_side(faces: Faces, front: Index, back: Index) -> NDArray[np.bool_]:
+def _side_by_side(faces: Faces, front: Index, back: Index) -> Flags:
     """Return whether the edge of the front face that is nearest to the back face parts the two."""
     if not len(front):
         return np.zeros(0, dtype=bool)
@@ -226,9 +223,7 @@ def _normals(pieces: Sequence[FacePair], like: FacePair) -> Array:
     return np.array([p.normal if p.minus == like.minus else -p.normal for p in pieces])
 
 
-def _in_one_plane(
-    pieces: Sequence[FacePair], reference: Sequence[FacePair], gap: float, angle: float
-) -> NDArray[np.bool_]:
+def _in_one_plane(pieces: Sequence[FacePair], reference: Sequence[FacePair], gap: float, angle: float) -> Flags:
     """Return which pieces lie in the mean plane of a reference. A single reference piece always does."""
     middle, normal = _plane(reference)
     normals = _normals(pieces, max(reference, key=lambda p: p.area))

@@ -8,13 +8,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import CHUNK, LIES_ON
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

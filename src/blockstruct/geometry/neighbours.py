@@ -5,14 +5,11 @@ from typing import Self
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import CHUNK
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Unit vector that is not along the faces of usual structures: half of all faces look along it.
 OBLIQUE = np.array([0.36, 0.48, 0.8])
@@ -27,7 +24,7 @@ def connected(pairs: Index, n: int) -> Index:
     return np.asarray(connected_components(graph, directed=False)[1] if n else np.empty(0), dtype=np.int64)
 
 
-def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
+def unsupported(held: Flags, ends: Index) -> Index:
     """Return which of n bodies have no path over touching pairs (m, 2) to a held body (n,)."""
     label = connected(ends, len(held))
     return np.flatnonzero(~np.isin(label, label[held]))

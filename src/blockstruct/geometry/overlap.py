@@ -6,15 +6,13 @@ from itertools import combinations, pairwise, product
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.geometry.neighbours import box_pairs, expanded, separations
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NEGLIGIBLE, NO_AREA, SAMPLES
 from blockstruct.geometry.triangles import between_crossings, distances, half_solid_angles, triangulated
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 #: Vertices of the triangles of a face.
 Triangles = list[tuple[int, ...]]
 
@@ -28,7 +26,7 @@ _DIRECTIONS = np.array(
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=0)
 
 
-def may_overlap(bodies: list[Polyhedron], i: Index, j: Index, tolerance: float) -> NDArray[np.bool_]:
+def may_overlap(bodies: list[Polyhedron], i: Index, j: Index, tolerance: float) -> Flags:
     """Return whether the bodies i (m,) and j (m,) may overlap by more than a tolerance.
 
     The answer is exact for two bodies whose centroids see their whole surfaces, as of convex and of curved blocks. For
@@ -111,7 +109,7 @@ class Tetrahedra:
         heights = np.einsum("tfj,tfj->tf", normals, a)
         return cls(corners, normals, heights, edges), np.bincount(body_of[is_kept], minlength=len(bodies))
 
-    def overlap(self, i: Index, j: Index, tolerance: float) -> NDArray[np.bool_]:
+    def overlap(self, i: Index, j: Index, tolerance: float) -> Flags:
         """Return whether the tetrahedra i (m,) and j (m,) overlap by more than a tolerance, by separating axes."""
         answer = np.ones(len(i), dtype=bool)
         for one, other in ((i, j), (j, i)):
@@ -130,7 +128,7 @@ class Tetrahedra:
 
 def _cones(
     bodies: list[Polyhedron], faces: list[tuple[int, tuple[int, ...]]], triangles: list[Triangles]
-) -> tuple[Array, Array, Index, NDArray[np.bool_]]:
+) -> tuple[Array, Array, Index, Flags]:
     """Return the tetrahedra (t, 4, 3) on triangles, six times their volumes, their faces, and which are inverted.
 
     A volume of rounding is zero.

@@ -8,11 +8,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import ROUNDING, SIDEWAYS
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Outlines = NDArray[Any]
 
 

@@ -6,12 +6,10 @@ from itertools import chain
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.polygon import cross, next_corners
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Face = tuple[int, ...]
 
 

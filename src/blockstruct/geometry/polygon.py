@@ -6,10 +6,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.tolerances import CROSSING, GRID, NEGLIGIBLE, NO_AREA, ROUNDING
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Number of Newton steps for the shares of corners, and smallest fraction of a step. On 19,000 random outlines the
 #: centroid is within 2e-9 of the extent after 10 steps.

@@ -9,14 +9,13 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.planes import Corners, Planes
 from blockstruct.geometry.polygon import cross, polygon_area
 from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NEGLIGIBLE, NO_AREA, ROUNDING
 
-Array = NDArray[np.float64]
 #: Vertices of each face.
 Loops = tuple[tuple[int, ...], ...]
 
@@ -178,7 +177,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
 
 
 @lru_cache
-def _corners_and_fan(loops: Loops) -> tuple[Corners, NDArray[np.int64]]:
+def _corners_and_fan(loops: Loops) -> tuple[Corners, Index]:
     """Return the corners of faces, and the vertices (3, t) of triangles from the first vertex of each face.
 
     The triangles are exact for any planar polygon, convex or not, because the signed parts outside the polygon cancel.

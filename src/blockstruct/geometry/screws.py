@@ -1,9 +1,8 @@
 """Finite motions of rigid bodies."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from blockstruct.arrays import Array
 
 #: Angle, radians, below which the series of a rotation is exact to rounding.
 SMALL = 1e-3

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.clipping import Clipped, clipped
 from blockstruct.geometry.neighbours import box_pairs, expanded
@@ -14,8 +14,6 @@ from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import DEEP, FACING, LOOKS, NEGLIGIBLE, NO_CROSSING, ROUNDING
 from blockstruct.geometry.triangles import triangulated
-
-Array = NDArray[np.float64]
 
 
 def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array | None:
@@ -67,10 +65,6 @@ def _moves(corner: Array, normal: Array, others: Array) -> tuple[Array, Array]:
     moved = np.stack([away, np.roll(away, 1), np.full(len(corner), -1.0)], axis=1)
     # Collinear edges repeat one condition, hence the pseudo-inverse.
     return along, np.einsum("kij,kj->ki", np.linalg.pinv(rows, rcond=1e-9), moved)
-
-
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.geometry.polygon import polygon_area
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
-
-Array = NDArray[np.float64]
 
 
 def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:
@@ -48,7 +46,7 @@ def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:
     return [*triangles, (loop[0], loop[1], loop[2])]
 
 
-def _ears(before: Array, at: Array, after: Array, normal: Array) -> NDArray[np.bool_]:
+def _ears(before: Array, at: Array, after: Array, normal: Array) -> Flags:
     """Return which corners (n,) of a polygon are convex with a triangle that covers no other corner."""
     corners = np.stack([before, at, after], axis=1)
     edges = np.roll(corners, -1, axis=1) - corners

@@ -8,15 +8,5 @@ from blockstruct.imports.mesh import read_mesh, write_obj
 from blockstruct.imports.rhino import read_rhino
 from blockstruct.imports.several import read_files
 
-__all__ = [
-    "ImportReport",
-    "Imported",
-    "Repair",
-    "read_assembly",
-    "read_drawing",
-    "read_files",
-    "read_ifc",
-    "read_mesh",
-    "read_rhino",
-    "write_obj",
-]
+__all__ = ["read_files", "read_assembly", "read_drawing", "read_ifc", "read_mesh", "read_rhino", "write_obj"]
+__all__ += ["ImportReport", "Imported", "Repair"]

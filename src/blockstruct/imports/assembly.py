@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryFileError, shown
 from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
@@ -17,8 +17,6 @@ from blockstruct.imports.source import checked_faces, read_number, read_text, re
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
-
-Array = NDArray[np.float64]
 
 #: Keys of the solid in a node or an element, and of the contacts in an edge.
 _SOLIDS = ("block", "part", "geometry", "mesh", "shape")

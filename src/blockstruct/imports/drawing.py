@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.imports.import_report import Imported, Repair
@@ -66,8 +66,6 @@ def _copies(insert: Any) -> int:
     rows, columns = (int(insert.dxf.get(f"{what}_count", 1)) for what in ("row", "column"))
     return min(max(1, rows) * max(1, columns), 10**9)
 
-
-Array = NDArray[np.float64]
 
 #: Units of a drawing in m, by their code in $INSUNITS, from microinches to miles.
 _STATED_UNITS = {

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.errors import GeometryFileError, ModelError, UnknownNameError
 from blockstruct.geometry.polyhedron import lofted
 from blockstruct.imports.import_report import Imported
@@ -19,9 +19,6 @@ from blockstruct.model.checks import positive_length
 from blockstruct.structures.divided import divided_wall
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _PART = "IfcBuildingElementPart"
 #: Classes of elements whose bodies become blocks.

@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.planes import Planes
 from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT
 from blockstruct.model import Block
@@ -131,11 +131,6 @@ class ImportReport:
         )
 
     @property
-    def largest_move(self) -> float:
-        """Largest distance, m, by which a vertex moved into the planes of its faces."""
-        return max((r.amount for r in self.repairs if r.kind == "flattened"), default=0.0)
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """Findings to check, one text per item."""
         texts = [self._unlikely_size] if self._unlikely_size else []
@@ -200,4 +195,4 @@ class Imported:
 
     blocks: tuple[Block, ...]
     report: ImportReport
-    moves: Mapping[str, NDArray[np.float64]] = field(repr=False, compare=False)
+    moves: Mapping[str, Array] = field(repr=False, compare=False)

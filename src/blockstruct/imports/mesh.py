@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.files import write_new
 from blockstruct.imports.import_report import Imported
@@ -85,7 +85,7 @@ def _read_text(text: str, path: Path) -> list[tuple[str, list[list[float]]]]:
     return solids
 
 
-def _solid(name: str, points: NDArray[np.float64], material: Material, *, single: bool = False) -> Solid:
+def _solid(name: str, points: Array, material: Material, *, single: bool = False) -> Solid:
     faces: list[Face] = [(k, k + 1, k + 2) for k in range(0, len(points), 3)]
     return Solid(name, points, faces, material, single=single)
 

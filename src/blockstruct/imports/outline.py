@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.polyhedron import lofted
 from blockstruct.geometry.tolerances import NEGLIGIBLE
 
-Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryFileError
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
@@ -18,8 +18,6 @@ from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH, EXACT
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
-
-Array = NDArray[np.float64]
 
 #: Units of a file in m, by their name in Rhino.
 _UNITS = {

@@ -12,8 +12,8 @@ from pathlib import Path
 import attrs
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError, shown
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
@@ -27,8 +27,6 @@ from blockstruct.model.checks import positive_length
 from blockstruct.model.detection_report import LISTED
 from blockstruct.units import QuantityLike, si, to_quantity
 from blockstruct.vocabulary import MOTIONS, counted
-
-Array = NDArray[np.float64]
 
 
 def block_behind(face: Array, bodies: Sequence[Array]) -> tuple[Array, list[tuple[int, ...]]]:

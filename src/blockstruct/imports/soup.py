@@ -3,14 +3,12 @@
 from itertools import chain, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.geometry.neighbours import connected
 from blockstruct.geometry.polygon import next_corners
 from blockstruct.imports.tolerances import LEAST_FACES, WELD
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Face = tuple[int, ...]
 
 
@@ -55,7 +53,7 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     )
 
 
-def collapsed(vertices: Array, faces: list[Face], dropped: NDArray[np.bool_]) -> list[Face]:
+def collapsed(vertices: Array, faces: list[Face], dropped: Flags) -> list[Face]:
     """Return a face of each body without any remaining face: all its faces lack an area.
 
     Parameters

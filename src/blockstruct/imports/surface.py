@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.neighbours import connected, expanded
 from blockstruct.geometry.planes import Planes
@@ -18,7 +18,6 @@ from blockstruct.imports.soup import compact
 from blockstruct.imports.tolerances import EXACT, MERGE, MOST_FACES_OF_BODY, NO_AREA, POLYGON, ROUNDS, SHALLOW
 from blockstruct.vocabulary import counted
 
-Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
 
@@ -83,9 +82,6 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
     return points
 
 
-Index = NDArray[np.int64]
-
-
 def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: float) -> tuple[list[Face], int]:
     """Merge neighbours in one plane, and faces without area with a neighbour.
 
@@ -143,7 +139,7 @@ def _neighbours(faces: list[Face]) -> Index:
     return np.array(pairs, dtype=int).reshape(-1, 2)
 
 
-def _lend_normals(vertices: Array, faces: list[Face], normals: Array, empty: NDArray[np.bool_]) -> None:
+def _lend_normals(vertices: Array, faces: list[Face], normals: Array, empty: Flags) -> None:
     """Give a face without area the plane of its neighbour at its longest edge."""
     left = {edge: index for index, face in enumerate(faces) for edge in pairwise((*face, face[0]))}
     lender = {}
@@ -157,9 +153,7 @@ def _lend_normals(vertices: Array, faces: list[Face], normals: Array, empty: NDA
             normals[index] = normals[neighbour]
 
 
-def _in_one_plane(
-    vertices: Array, planes: Planes, normals: Array, empty: NDArray[np.bool_], pairs: Index, limit: float
-) -> NDArray[np.bool_]:
+def _in_one_plane(vertices: Array, planes: Planes, normals: Array, empty: Flags, pairs: Index, limit: float) -> Flags:
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
     # Some readers make fans over polygons that are not convex. They contain triangles with opposite normals.
     close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > PARALLEL
@@ -417,7 +411,7 @@ def _crossing_of_outline(corners: Array) -> tuple[float, float]:
     return float(point.x), float(point.y)
 
 
-def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.int64], size: float) -> Array | None:
+def _passage(vertices: Array, edges: Index, triangles: Index, size: float) -> Array | None:
     """Return a point where one of the edges (m, 2) passes through its triangle (m, 3), or None."""
     start, end = vertices[edges[:, 0]], vertices[edges[:, 1]]
     a, b, c = (vertices[triangles[:, k]] for k in range(3))

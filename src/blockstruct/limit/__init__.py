@@ -10,7 +10,7 @@ wrench of a block is its dead wrench. The unit of a contact force is the dead wr
 """
 
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
-from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
+from blockstruct.limit.friction import Sliding, fictitious_sliding, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.problem import LimitProblem
@@ -53,7 +53,6 @@ __all__ = [
     "Solution",
     "Solver",
     "fictitious_sliding",
-    "relax",
     "true_sliding",
     # velocities and what moves
     "Placement",

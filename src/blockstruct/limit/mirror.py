@@ -16,6 +16,7 @@ from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.rigid import without_rounding
 from blockstruct.limit.ties import Ties
 
 Array = NDArray[np.float64]
@@ -127,13 +128,13 @@ class Mirror:
         of_points = (1.0 + (point != np.arange(len(point))))[some_point]
         S = (reflected + sp.eye_array(3 * len(point)))[:, np.repeat(some_point, 3)]
         S = S @ sp.diags_array(np.repeat(of_points / 2, 3))
-        S, T = _without_rounding(S), _without_rounding(T[:, np.repeat(some_block, 6)])
+        S, T = without_rounding(S, SAME), without_rounding(T[:, np.repeat(some_block, 6)], SAME)
         of_point = (np.cumsum(some_point) - 1)[np.minimum(np.arange(len(point)), point)]
         corners = of_point[whole.rectangles]
         _, some_rectangle, of_rectangle = np.unique(np.sort(corners), axis=0, return_index=True, return_inverse=True)
         half = replace(
             whole,
-            A=sp.csc_array(_without_rounding(T.T @ whole.A @ S)),
+            A=sp.csc_array(without_rounding(sp.csr_array(T.T @ whole.A @ S), SAME)),
             w_D=T.T @ whole.w_D,
             w_L=T.T @ whole.w_L,
             friction=whole.friction[some_point],
@@ -219,14 +220,6 @@ def _permuted(place: Index, blocks: Array) -> sp.csr_array:
     rows, columns = (r * i[:, None, None] + np.arange(r) for i in (place, np.arange(len(place))))
     rows, columns, values = np.broadcast_arrays(rows.transpose(0, 2, 1), columns, blocks)
     return sp.csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=(r * len(place),) * 2)
-
-
-def _without_rounding(matrix: sp.csr_array) -> sp.csr_array:
-    """Return the matrix without entries that are rounding."""
-    matrix = sp.csr_array(matrix)
-    matrix.data[np.abs(matrix.data) < SAME] = 0.0
-    matrix.eliminate_zeros()
-    return matrix
 
 
 def _alike(values: Array, image: Index) -> bool:

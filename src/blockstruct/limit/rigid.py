@@ -1,6 +1,7 @@
 """Join blocks to rigid bodies."""
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,6 +11,8 @@ from blockstruct.limit.problem import LimitProblem
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+_Matrix = TypeVar("_Matrix", sp.csr_array, sp.csc_array)
 
 #: Magnitude below which entries of the equilibrium matrix of bodies are rounding.
 _ROUNDING = 1e-10
@@ -50,18 +53,18 @@ def joined(problem: LimitProblem, centroid: Array, body: Index) -> tuple[LimitPr
     motion = sp.csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
     whole = replace(
         problem,
-        A=_without_rounding(motion.T @ problem.A),
+        A=without_rounding(sp.csc_array(motion.T @ problem.A), _ROUNDING),
         w_D=np.asarray(motion.T @ problem.w_D),
         w_L=np.asarray(motion.T @ problem.w_L),
-        ties=replace(problem.ties, columns=_without_rounding(motion.T @ problem.ties.columns)),
+        ties=replace(problem.ties, columns=without_rounding(sp.csc_array(motion.T @ problem.ties.columns), _ROUNDING)),
         wrench_unit=unit,
     )
     every = np.ones(len(unit), dtype=bool)
     return whole.part(every), motion, whole.points_of(every)
 
 
-def _without_rounding(matrix: sp.csr_array) -> sp.csc_array:
-    found = sp.csc_array(matrix)
-    found.data[np.abs(found.data) < _ROUNDING] = 0.0
-    found.eliminate_zeros()
-    return found
+def without_rounding(matrix: _Matrix, least: float) -> _Matrix:
+    """Return a matrix without its entries below a magnitude; the matrix itself is changed."""
+    matrix.data[np.abs(matrix.data) < least] = 0.0
+    matrix.eliminate_zeros()
+    return matrix

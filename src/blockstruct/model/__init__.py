@@ -50,62 +50,11 @@ from blockstruct.model.ties import (
     tie_segments,
 )
 
-__all__ = [
-    "JOINT_PROPERTIES",
-    "LOAD_KINDS",
-    "kind_of",
-    # materials
-    "STANDARD_GRAVITY",
-    "JointMaterial",
-    "Material",
-    # bodies and contacts
-    "Block",
-    "Interface",
-    "Model",
-    # how interfaces were found
-    "Detection",
-    "DetectionReport",
-    "DetectionTolerances",
-    "FoundContact",
-    "lies_between",
-    # loads
-    "AreaLoad",
-    "BodyForce",
-    "FaceLoad",
-    "FillLoad",
-    "LineLoad",
-    "Load",
-    "LoadPattern",
-    "Moment",
-    "PointLoad",
-    "SelfWeight",
-    # ties
-    "TIE_KINDS",
-    "TIE_QUANTITIES",
-    "AnyTie",
-    "BondedBar",
-    "Strip",
-    "Tie",
-    "TieSegment",
-    "given_quantities",
-    "tie_kind_of",
-    "tie_segments",
-    "Weight",
-    "WeightLoad",
-    # cases
-    "Case",
-    "LimitCase",
-    "MovingCase",
-    "Point",
-    "Pushover",
-    "RecordCase",
-    "SettlementCase",
-    "has_curve",
-    # input
-    "check_unrepeated",
-    "checked_name",
-    "checked_text",
-    "checked_tuple",
-    "direction_cases",
-    "direction_of",
-]
+__all__ = ["STANDARD_GRAVITY", "JOINT_PROPERTIES", "JointMaterial", "Material", "Block", "Interface", "Model"]
+__all__ += ["Detection", "DetectionReport", "DetectionTolerances", "FoundContact", "lies_between"]
+__all__ += ["LOAD_KINDS", "Load", "LoadPattern", "SelfWeight", "BodyForce", "PointLoad", "FaceLoad", "Moment"]
+__all__ += ["kind_of", "Weight", "LineLoad", "AreaLoad", "FillLoad", "WeightLoad"]
+__all__ += ["TIE_KINDS", "TIE_QUANTITIES", "AnyTie", "BondedBar", "Strip", "Tie", "TieSegment"]
+__all__ += ["given_quantities", "tie_kind_of", "tie_segments"]
+__all__ += ["Case", "LimitCase", "MovingCase", "Point", "Pushover", "RecordCase", "SettlementCase", "has_curve"]
+__all__ += ["check_unrepeated", "checked_name", "checked_text", "checked_tuple", "direction_cases", "direction_of"]

@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 from attrs import field, frozen
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
 from blockstruct.model.checks import checked_direction, checked_name
@@ -14,8 +14,6 @@ from blockstruct.model.fields import ModelObject, has_name, instance_of, named_a
 from blockstruct.model.materials import Material
 from blockstruct.units import VectorLike, si_array, si_vector
 from blockstruct.vocabulary import MOTIONS
-
-Array = NDArray[np.float64]
 
 
 def held_motions(value: bool | Iterable[str], what: str = "") -> tuple[str, ...]:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple, Self, TypeGuard
 
 import numpy as np
 from attrs import evolve, field, frozen
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.model.checks import AXES_BY_NAME, checked_direction, checked_tuple, unit_vector_along
 from blockstruct.model.fields import (
@@ -323,7 +323,7 @@ class Pushover(LimitCase):
 MOST_SAMPLES = 1_000_000
 
 
-def _values(value: Any, dimension: str, what: str, remedy: str) -> NDArray[np.float64]:
+def _values(value: Any, dimension: str, what: str, remedy: str) -> Array:
     """Return the SI floats of an array of quantities; name the first one that is not finite."""
     magnitude = getattr(value, "magnitude", None)
     if magnitude is not None:
@@ -478,14 +478,14 @@ class RecordCase(ModelObject):
         return (self.dead,)
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Array:
         """Times (n,) of the samples, s."""
         if isinstance(self.time, float):
             return np.asarray(np.arange(len(self.acceleration)) * self.time, dtype=np.float64)
         return np.array(self.time)
 
     @property
-    def ground(self) -> NDArray[np.float64]:
+    def ground(self) -> Array:
         """Acceleration (n, 3) of the ground, m/s²."""
         values = np.array(self.acceleration)
         return np.asarray(values if self.direction is None else values[:, None] * np.array(self.direction))

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from typing import Any, TypeGuard, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError, shown
 from blockstruct.units import VectorLike, si, si_vector
 from blockstruct.vocabulary import listed
@@ -170,9 +170,7 @@ def check_total(blocks: float, what: str) -> None:
         raise ModelError(msg)
 
 
-def check_at_block(
-    what: str, point: tuple[float, float, float], block: str, vertices: NDArray[np.float64], remedy: str
-) -> None:
+def check_at_block(what: str, point: tuple[float, float, float], block: str, vertices: Array, remedy: str) -> None:
     """Refuse a point, m, outside the box around the vertices (n, 3) of its block.
 
     Raises

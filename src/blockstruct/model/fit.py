@@ -9,8 +9,8 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 from attrs import field, frozen
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.faces import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs
@@ -22,7 +22,6 @@ from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import counted, listed
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 #: Largest penetration, relative to the mean block size: of any two blocks (rounding), and of two joined blocks.
@@ -190,7 +189,7 @@ def _check_interfaces(
     _check_covered(who, interfaces, ends, measured, OFF_FACE * size)
 
 
-def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None) -> NDArray[np.bool_]:
+def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None) -> Flags:
     """Return which interfaces a detection accepted: same name, same blocks, same area."""
     accepted = {c.interface: c for c in detection.contacts if c.interface and not np.isnan(c.gap)} if detection else {}
 
@@ -205,9 +204,7 @@ def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None
     return np.array([same(i) for i in interfaces], dtype=bool)
 
 
-def _check_covered(
-    who: str, interfaces: Sequence[Interface], ends: NDArray[np.int64], measured: NDArray[np.bool_], slack: float
-) -> None:
+def _check_covered(who: str, interfaces: Sequence[Interface], ends: Index, measured: Flags, slack: float) -> None:
     """Refuse two interfaces of the same blocks on one area, unless the detection measured each on its own faces."""
     polygons = [interface.polygon for interface in interfaces]
     low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))

@@ -4,8 +4,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 from attrs import field, frozen
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry.polygon import mean_distances, polygon_area
 from blockstruct.geometry.tolerances import NO_AREA, ROUNDING
@@ -13,8 +13,6 @@ from blockstruct.model.fields import ModelObject, changed, has_name, instance_of
 from blockstruct.model.materials import JointMaterial
 from blockstruct.units import VectorLike, si_array
 from blockstruct.vocabulary import JointOrientation
-
-Array = NDArray[np.float64]
 
 #: Largest distance of a corner from the fitted plane, relative to the size.
 LARGEST_DEVIATION = 0.2

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, get_args
 import attrs
 import numpy as np
 from attrs import field, frozen
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.tolerances import NEGLIGIBLE
 from blockstruct.geometry.triangles import stretches_inside
@@ -468,7 +468,7 @@ class BondedBar(ModelObject):
         )
 
 
-def _point(values: NDArray[np.float64]) -> Vector:
+def _point(values: Array) -> Vector:
     x, y, z = values.tolist()
     return x, y, z
 

@@ -49,7 +49,7 @@ SHORTEST = 1 / 4096
 BREAKS = 1e-4
 #: Attempts at a step: share of its length, and acceleration relative to gravity. The acceleration is about the share of
 #: inertia in the load factor.
-ATTEMPTS = ((1.0, 1e-7), (1.0, 1e-5), (0.25, 1e-4), (1 / 16, 1e-3))
+ATTEMPTS = ((1.0, 1e-7), (1.0, 1e-3), (0.25, 1e-2), (1 / 16, 1e-1))
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
 #: Load factor, relative to collapse, at which the push meets what it cannot move.

@@ -86,10 +86,6 @@ def _frame(data: xr.Dataset, keep: Collection[Hashable]) -> pd.DataFrame:
     return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})
 
 
-#: Variables that :meth:`HistoryAccessor.difference` compares.
-_COMPARED = ("load_factor", "contact_force", "relative_velocity", "block_velocity", "block_angular_velocity")
-
-
 @xr.register_dataset_accessor("blockstruct")  # type: ignore[no-untyped-call]
 class HistoryAccessor:
     """Methods of the history of a case, in memory or lazily on disk.
@@ -191,21 +187,21 @@ class HistoryAccessor:
         series = pd.Series(values, index=index, name=ranked.name)
         return series.dropna().sort_values(ascending=False, kind="stable").head(n)
 
-    def resultants(self, interface: str, *, plain: bool = False) -> dict[str, Any]:
+    def resultants(self, interface: str) -> dict[str, Any]:
         """Return the resultants of the forces on an interface in every iteration.
 
         Returns
         -------
         dict
             ``force`` (N, V_s, V_t) and ``moment`` (torsion M_n, bending M_s, M_t), each (iteration, component), and
-            ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities or plain SI floats.
+            ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities.
         """
         index = self._index_of(interface)
         points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
         alone = self._ds.isel(contact_point=points, interface=[index])
         alone = alone.assign_coords(interface_of_contact_point=("contact_point", np.zeros(len(points), dtype=int)))
         resultants = interfaces.interface_resultants(alone).isel(interface=0)
-        return {str(name): _given(resultants[name], plain=plain) for name in resultants.data_vars}
+        return {str(name): _quantity(array) for name, array in resultants.data_vars.items()}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
         """Return a variable as a quantity.
@@ -234,46 +230,7 @@ class HistoryAccessor:
         except (KeyError, ValueError, IndexError) as error:
             msg = f"history: {variable} has no {selection} ({error}); its dimensions are {dict(array.sizes)}"
             raise UnknownNameError(msg) from error
-        return _given(array, plain=False)
-
-    def difference(self, other: xr.Dataset | None = None, *, iteration: int = -1, before: int = -1) -> xr.Dataset:
-        """Return the difference between two iterations, of this history or of two.
-
-        Parameters
-        ----------
-        other
-            History of another case of the same interfaces; this one by default.
-        iteration
-            Iteration of this history; negative ones count from the end.
-        before
-            Iteration of the other history that is subtracted.
-
-        Returns
-        -------
-        xarray.Dataset
-            Load factors, contact forces and velocities: this iteration minus the other, in their units.
-
-        Raises
-        ------
-        ModelError
-            If the other is not a history, or the two have different contact points or blocks.
-        """
-        other = self._ds if other is None else other
-        if not isinstance(other, xr.Dataset) or "contact_point_position" not in other.variables:
-            msg = f"difference: {shown(other)} is not a history; give result.history, and iterations by their keywords"
-            raise ModelError(msg)
-        for name in ("contact_point_position", "block_position"):
-            one, two = self._ds[name].to_numpy(), other[name].to_numpy()
-            if one.shape != two.shape or not np.allclose(one, two, rtol=0, atol=1e-9 * np.ptp(one, axis=0).max()):
-                msg = f"difference: the histories have different {name.replace('_', ' ')}s; compare cases of one model"
-                raise ModelError(msg)
-        position, position_before = self._position(iteration), other.blockstruct._position(before)
-        later = self._ds.isel(iteration=position, drop=True)
-        earlier = other.isel(iteration=position_before, drop=True)
-        differences = xr.Dataset(
-            {name: (later[name] - earlier[name].variable).assign_attrs(later[name].attrs) for name in _COMPARED}
-        )
-        return differences.drop_vars("stage", errors="ignore")
+        return _quantity(array)
 
     def frame(self, variable: str | None = None) -> pd.DataFrame:
         """Return a variable as a table: :func:`blockstruct.results.history_frame`."""
@@ -348,7 +305,5 @@ class HistoryAccessor:
         return of_value[index].reshape(states.shape)
 
 
-def _given(array: xr.DataArray, *, plain: bool) -> Any:
-    if plain:
-        return array.to_numpy()
+def _quantity(array: xr.DataArray) -> Any:
     return Q_(array.to_numpy(), array.attrs.get("units", "dimensionless"))

@@ -3,7 +3,6 @@
 import math
 import webbrowser
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
 from importlib import import_module
 from pathlib import Path
 from tempfile import mkdtemp
@@ -12,6 +11,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
+from attrs import evolve, field, frozen
 
 from blockstruct.errors import ModelError, UnitError, UnknownNameError, shown
 from blockstruct.keywords import made_again
@@ -104,7 +104,29 @@ def _finite(value: float, what: str) -> float:
     return value
 
 
-@dataclass(frozen=True, slots=True, init=False, eq=False)
+def _frozen(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    return MappingProxyType(dict(values))
+
+
+def _with_spreads(results: Mapping[str, CaseResult]) -> Mapping[str, CaseResult]:
+    """Return results of which each case with several schedules has its range."""
+    ranges = {name: spread.path_dependence for name, spread in spreads_of(results).items()}
+    return _frozen({n: r.changed(path_dependence=ranges[n]) if ranges.get(n) else r for n, r in results.items()})
+
+
+def _tags(tags: Iterable[str]) -> tuple[str, ...]:
+    return checked_tags(tags, "Analysis")
+
+
+def _parameters(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    return _frozen(checked_parameters(values, "Analysis: parameters"))
+
+
+def _study(text: str) -> str:
+    return checked_text(text, "Analysis: study")
+
+
+@frozen(eq=False, repr=False)
 class Analysis(Mapping[str, CaseResult]):
     """A mapping of case names to results, with their model.
 
@@ -128,37 +150,14 @@ class Analysis(Mapping[str, CaseResult]):
     """
 
     model: Model
-    results: Mapping[str, CaseResult]
+    results: Mapping[str, CaseResult] = field(converter=_with_spreads)
     created_at: str
-    versions: Mapping[str, str]
-    solver_options: Mapping[str, Any]
-    document_hash: str
-    tags: tuple[str, ...]
-    parameters: Mapping[str, Any]
-    study: str
-
-    def __init__(  # noqa: PLR0913
-        self,
-        model: Model,
-        results: Mapping[str, CaseResult],
-        created_at: str,
-        versions: Mapping[str, str],
-        *,
-        solver_options: Mapping[str, Any] = MappingProxyType({}),
-        document_hash: str = "",
-        tags: Iterable[str] = (),
-        parameters: Mapping[str, Any] = MappingProxyType({}),
-        study: str = "",
-    ) -> None:
-        object.__setattr__(self, "model", model)
-        object.__setattr__(self, "results", MappingProxyType(_with_spreads(results)))
-        object.__setattr__(self, "created_at", created_at)
-        object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
-        object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
-        object.__setattr__(self, "document_hash", document_hash)
-        object.__setattr__(self, "tags", checked_tags(tags, "Analysis"))
-        object.__setattr__(self, "parameters", MappingProxyType(checked_parameters(parameters, "Analysis: parameters")))
-        object.__setattr__(self, "study", checked_text(study, "Analysis: study"))
+    versions: Mapping[str, str] = field(converter=_frozen)
+    solver_options: Mapping[str, Any] = field(factory=dict, kw_only=True, converter=_frozen)
+    document_hash: str = field(default="", kw_only=True)
+    tags: tuple[str, ...] = field(default=(), kw_only=True, converter=_tags)
+    parameters: Mapping[str, Any] = field(factory=dict, kw_only=True, converter=_parameters)
+    study: str = field(default="", kw_only=True, converter=_study)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return made_again(self)
@@ -235,8 +234,7 @@ class Analysis(Mapping[str, CaseResult]):
 
     def replaced(self, **changes: Any) -> Self:
         """Return the same analysis with some attributes replaced."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return type(self)(**{**values, **changes})
+        return evolve(self, **changes)
 
     def __getitem__(self, name: str) -> CaseResult:
         if name not in self.results:
@@ -272,9 +270,3 @@ class Analysis(Mapping[str, CaseResult]):
         )
         results = [indent(str(r), "  ") for r in self.results.values()]
         return "\n".join([head, *results])
-
-
-def _with_spreads(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
-    """Return the results with the range of their loading paths, if any."""
-    ranges = {name: spread.path_dependence for name, spread in spreads_of(results).items()}
-    return {name: r.changed(path_dependence=ranges[name]) if ranges.get(name) else r for name, r in results.items()}

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.limit import Fall, RecordState, reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
@@ -183,9 +184,7 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
     return doubts
 
 
-def _beyond(
-    way: NDArray[np.float64], alpha: NDArray[np.float64], of_ties: NDArray[np.bool_], steps: int
-) -> NDArray[np.float64]:
+def _beyond(way: Array, alpha: Array, of_ties: Flags, steps: int) -> Array:
     """Return the deviation of a curve (n,) from both sides of each jump.
 
     The deviation over ``steps`` steps has shape (n − steps,). It is the smaller distance from the extrapolated curves
@@ -209,7 +208,7 @@ def _beyond(
     return np.where(counts, np.nan_to_num(beyond), 0.0)
 
 
-def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
+def _of_ties(capacity: xr.Dataset) -> Flags:
     """Return the steps (n − 1,) with a sudden change of a tie.
 
     A tie breaks, or suddenly becomes tight or slack.
@@ -242,7 +241,7 @@ def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     return [MotionState(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 
-def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:
+def block_rotations(capacity: xr.Dataset) -> Array:
     """Return rotation matrices (step, block, 3, 3) of a capacity curve, or (time, block, 3, 3) of a response."""
     vectors = capacity["rotation"].transpose(..., "block", "axis").to_numpy()
     flat = vectors.reshape(-1, 3)

@@ -8,9 +8,9 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from blockstruct import text as texts
+from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
@@ -109,8 +109,6 @@ class Headline:
     def __str__(self) -> str:
         return self.text()
 
-
-Array = NDArray[np.float64]
 
 _FAILING = {
     ContactState.HINGE: "Hinges",
@@ -621,7 +619,7 @@ class CaseResult:
         return np.nan if state is None else state.load_factor
 
     @property
-    def _admissible(self) -> NDArray[np.bool_]:
+    def _admissible(self) -> Flags:
         residual, excess = (self.history[name].to_numpy() for name in ("equilibrium_residual", "yield_excess"))
         return are_admissible(residual, excess, self.settings)
 

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import at_points
@@ -158,7 +158,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
     )
 
 
-def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.float64]:
+def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> Array:
     """Return the relative difference of load factors.
 
     It is 0 if both are equal, infinite or missing (NaN).
@@ -242,7 +242,7 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
     return row
 
 
-def _along(curve: xr.Dataset) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _along(curve: xr.Dataset) -> tuple[Array, Array]:
     """Return the path length of the control point, m, and load factors.
 
     The length adds motions to and fro along the direction of the point.

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit import CERTIFICATE_MEASURES, Iteration, LimitProblem, block_motion
 from blockstruct.model import Model
 from blockstruct.schema import dressed
@@ -14,7 +15,6 @@ from blockstruct.statics import Division, Statics
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
 
-Array = NDArray[np.float64]
 #: Dimensions, values and attributes of a variable.
 Variable = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
 #: Attributes of a history.

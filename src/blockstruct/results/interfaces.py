@@ -5,8 +5,8 @@ from collections.abc import Callable, Hashable, Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.limit import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
@@ -14,9 +14,6 @@ from blockstruct.statics import ContactPoints, TieTable, multiple_of_uniform_fri
 from blockstruct.text import EFFECT, Note, biaxial_note, cells_note, torsion_note
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, MOTIONS, ContactState, Stage, Torsion
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: Force that counts as zero, within the tolerance of the certificate, in units of ``contact_force_unit`` or of a
 #: strength.
@@ -48,7 +45,7 @@ def at_points(history: xr.Dataset, name: str) -> Array:
     return np.asarray(history[name].transpose(..., "contact_point", "component").to_numpy())
 
 
-def first_points(history: xr.Dataset) -> NDArray[np.int64]:
+def first_points(history: xr.Dataset) -> Index:
     """Return the first contact point of each interface, (J,)."""
     return np.searchsorted(history["interface_of_contact_point"].to_numpy(), np.arange(history.sizes["interface"]))
 
@@ -200,7 +197,7 @@ def _floor(history: xr.Dataset) -> Array:
     return NO_FORCE * np.asarray(np.add.reduceat(history["contact_force_unit"].to_numpy(), first_points(history)))
 
 
-def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, Array]:
+def _rectangles(history: xr.Dataset) -> tuple[Index, Array, Array, Array]:
     """Return rectangles, edge forces (..., R, 4), ``f_t A``, ``(f_c+f_t) A``."""
     starts, strength = first_points(history), history["compressive_strength"].to_numpy()
     joints = np.flatnonzero(np.isfinite(strength) & ~np.isfinite(history["cell_strength"].to_numpy()[starts]))

@@ -7,15 +7,13 @@ from numbers import Real
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model, tie_segments
 from blockstruct.results.interfaces import AT_REST
 from blockstruct.statics import carried_weights
 from blockstruct.vocabulary import AXES
-
-Array = NDArray[np.float64]
 
 #: Accuracy of a certified collapse state: of its motion, relative to the largest, and of a measure computed again.
 ACCURACY = 1e-3
@@ -85,7 +83,7 @@ def with_motion(model: Model, history: xr.Dataset, motion: Array) -> xr.Dataset:
     last = history.isel(iteration=[-1]).load().copy()
     centroid = np.array([block.centroid for block in model.blocks])
 
-    def velocity(blocks: NDArray[np.int64], points: Array) -> Array:
+    def velocity(blocks: Index, points: Array) -> Array:
         return np.asarray(motion[blocks, :3] + np.cross(motion[blocks, 3:], points - centroid[blocks]))
 
     index, of_point = model.block_index, last["interface_of_contact_point"].to_numpy()
@@ -231,7 +229,7 @@ def macro_blocks(
     starts = np.cumsum([0, *counts[:-1]])
     corners = np.concatenate([i.polygon for i in model.interfaces])
 
-    def velocity(blocks: NDArray[np.int64]) -> Array:
+    def velocity(blocks: Index) -> Array:
         of_corner = np.repeat(blocks, counts)
         return np.asarray(translation[of_corner] + np.cross(rotation[of_corner], corners - centroids[of_corner]))
 

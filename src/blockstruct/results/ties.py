@@ -3,16 +3,14 @@
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.model import Model, tie_segments
 from blockstruct.results.interfaces import NO_FORCE
 from blockstruct.results.mechanism import ACCURACY, largest_motion
 from blockstruct.text import LISTED, breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import TieState
-
-Array = NDArray[np.float64]
 
 #: Decimals of the displacements at which ties break, m.
 DECIMALS = 9
@@ -68,7 +66,7 @@ def tie_state(history: xr.Dataset, tolerance: float = NO_FORCE) -> xr.DataArray:
     return history["tie_force"].transpose(..., "tie").copy(data=state).rename("tie_state").drop_attrs()
 
 
-def tie_forces(history: xr.Dataset) -> NDArray[np.float64]:
+def tie_forces(history: xr.Dataset) -> Array:
     """Return the force (…, tie) of every tie, N; zero for slack ties."""
     force = history["tie_force"].transpose(..., "tie").to_numpy()
     return np.where(tie_state(history) == TieState.SLACK.value, 0.0, force)

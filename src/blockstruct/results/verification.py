@@ -6,8 +6,8 @@ from typing import Self
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import (
     CERTIFICATE_MEASURES,
@@ -32,8 +32,6 @@ from blockstruct.results.ties import DECIMALS, break_displacements
 from blockstruct.statics import Division, Statics
 from blockstruct.text import LISTED
 from blockstruct.vocabulary import Stage, Status, listed
-
-Array = NDArray[np.float64]
 
 #: Contact points of iterations compared at once: large histories are read from a file in parts.
 _AT_ONCE = 100_000
@@ -280,7 +278,7 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
             return
 
 
-def _off(stored: Array, expected: Array, *others: Array) -> NDArray[np.bool_]:
+def _off(stored: Array, expected: Array, *others: Array) -> Flags:
     """Return whether values (n, ...) differ beyond rounding, relative to the largest of them and of others."""
     largest = np.zeros((len(stored), 1))
     for values in (expected, *others):

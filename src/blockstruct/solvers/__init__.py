@@ -10,8 +10,9 @@
 from blockstruct.errors import SolverError, shown
 from blockstruct.limit import ProcedureSettings, Solver
 from blockstruct.solvers.clarabel import ClarabelSolver
+from blockstruct.solvers.remembering import RememberingSolver
 
-__all__ = ["ClarabelSolver", "solver_of"]
+__all__ = ["ClarabelSolver", "RememberingSolver", "solver_of"]
 
 
 def solver_of(settings: ProcedureSettings) -> Solver:

@@ -81,7 +81,7 @@ class Iteration(Protocol):
 
 
 def accelerate(
-    iteration: Iteration, weight: Array, *, tolerance: float, patience: int, enough: float = 0.0, brief: int = 0
+    iteration: Iteration, weight: Array, *, patience: int, tolerance: float = 0.0, enough: float = 0.0, brief: int = 0
 ) -> tuple[int, float]:
     """Iterate until the residual is below the tolerance, or no longer falls.
 

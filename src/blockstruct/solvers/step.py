@@ -26,13 +26,13 @@ REFINEMENTS = 2
 #: Largest errors of a solution by splitting: unbalanced wrench, in dead wrenches, and error of relative displacements,
 #: relative to themselves.
 UNBALANCED, INCOMPATIBLE = 1e-2, 3e-3
-#: Share of these errors at which splitting ends.
-EXACT = 3e-4
 #: Iterations in which the errors must halve while they are too large, and when they are not.
-PATIENCE, BRIEF = 400, 100
-#: Compliances of the springs of splitting, relative to the mean slip divided by the mean force. The others are tried
-#: if the first does not converge.
-COMPLIANCES = (3.0, 0.3, 30.0)
+PATIENCE, BRIEF = 150, 100
+#: First compliance of the springs of splitting, relative to slip divided by force, and the largest ratio of two
+#: successive compliances.
+COMPLIANCE, CHANGE = 3.0, 10.0
+#: Number of compliances that are tried.
+BALANCES = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,38 +120,36 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     if not np.isfinite(alpha):
         u, alpha = motion, step.load_factor
     found = newton.solve(u, alpha)
-    for compliance in COMPLIANCES:
-        if found is not None:
-            break
-        try:
-            rough = _split(newton, motion, compliance)
-        except RuntimeError:
-            # The matrix is singular to rounding: the step is much longer than the blocks.
-            return None
-        if rough is not None:
-            newton.iterations += rough.iterations
-            found = newton.solve(rough.u, rough.load_factor) or rough
+    if found is None and (rough := _split(newton, motion)) is not None:
+        found = newton.solve(rough.u, rough.load_factor) or rough
     return found
 
 
-def _split(newton: "_Newton", motion: Array, compliance: float) -> StepSolution | None:
+def _split(newton: "_Newton", motion: Array) -> StepSolution | None:
     """Solve a step by splitting, like :class:`~blockstruct.solvers.splitting.Splitting`.
 
     Returns None if the iteration does not converge.
     """
-    springs = _Springs(newton, motion, compliance)
-    iterations, residual = accelerate(
-        springs, springs.measure, tolerance=EXACT, patience=PATIENCE, enough=1, brief=BRIEF
-    )
-    return springs.solution(iterations) if residual <= 1 else None
+    springs = _Springs(newton, motion)
+    for _ in range(BALANCES):
+        try:
+            springs.balance()
+        except RuntimeError:
+            # The matrix is singular to rounding: the step is much longer than the blocks.
+            return None
+        iterations, residual = accelerate(springs, springs.measure, patience=PATIENCE, enough=1, brief=BRIEF)
+        newton.iterations += iterations
+        if residual <= 1:
+            return springs.solution(newton.iterations)
+    return None
 
 
 class _Springs:
     """Iteration of a step between blocks with a spring at each contact and tie, and their forces.
 
     Each iteration first moves the blocks, and then finds the force of each contact and tie separately. The trial force
-    of a spring is its force before the contact or the tie gives way. All iterations share one factorisation. The limits
-    of friction follow the normal forces, smoothed. The point consists of trial forces and limits.
+    of a spring is its force before the contact or the tie gives way. The limits of friction follow the normal forces,
+    smoothed. The point consists of trial forces and limits. :meth:`balance` comes before the first iteration.
 
     Attributes
     ----------
@@ -159,24 +157,38 @@ class _Springs:
         Weights of a change of the point in its norm.
     """
 
-    def __init__(self, newton: "_Newton", motion: Array, compliance: float) -> None:
-        step, elastic, moved = newton.step, newton.stiffness, newton.BT @ motion
-        problem, K = step.problem, 3 * step.problem.n_points
-        self._step, self._B, self._BT, self._points = step, newton.B, newton.BT, K
+    def __init__(self, newton: "_Newton", motion: Array) -> None:
+        step, problem = newton.step, newton.step.problem
+        self._step, self._B, self._BT, self._points = step, newton.B, newton.BT, 3 * problem.n_points
         self._friction, self._w_D, self._w_L = problem.friction, problem.w_D, problem.w_L
-        normal = np.maximum(step.force[:, 0], 0.0)
+        self._elastic, self._unmoved = newton.stiffness, newton.unmoved
+        self._force = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))])
+        self._moved = newton.BT @ motion
+        self._limit = self._friction * np.maximum(step.force[:, 0], 0.0)
+        self._compliance, self._errors = COMPLIANCE, (1.0, 1.0)
+
+    def balance(self) -> None:
+        """Adapt the springs to the present forces, motion and errors.
+
+        Stiffer springs reduce the error of the motion, and softer springs that of the forces.
+        """
+        unbalanced, incompatible = self._errors
+        self._compliance *= float(np.clip(unbalanced / max(incompatible, 1e-300), 1 / CHANGE, CHANGE))
+        points, force, moved = self._points, self._force, self._moved
+        normal = np.maximum(force[:points:3], 0.0)
         mean = float(normal.mean()) or 1.0
-        force = np.concatenate([np.repeat(np.maximum(normal, LEAST_FORCE * mean), 3), np.full(len(problem.ties), mean)])
-        slip = np.sqrt((moved**2).mean()) + mean * (1 / elastic).mean()
-        self._stiffness = rho = force / (compliance * slip)
-        share = rho / (rho + elastic)
-        self._fixed, self._share = share * newton.unmoved, 1 - share
-        self._solve = factorised(sp.coo_array(self._B @ sp.diags_array(rho) @ self._BT + step.inertia))
+        size = np.concatenate([np.maximum(normal, LEAST_FORCE * mean), np.full(len(force) - points, mean)])
+        slip = np.concatenate([np.linalg.norm(moved[:points].reshape(-1, 3), axis=1), np.abs(moved[points:])])
+        slip = np.maximum(slip, np.sqrt((moved**2).mean()) + mean * (1 / self._elastic).mean())
+        rho = size / (self._compliance * slip)
+        self._stiffness = rho = np.concatenate([np.repeat(rho[: points // 3], 3), rho[points // 3 :]])
+        share = rho / (rho + self._elastic)
+        self._fixed, self._share = share * self._unmoved, 1 - share
+        self._solve = factorised(sp.coo_array(self._B @ sp.diags_array(rho) @ self._BT + self._step.inertia))
         self._push = self._solve(self._w_L)
         self._resists = dot(self._w_L, self._push)
-        self.measure = 1 / np.sqrt(np.concatenate([rho, rho[:K:3]]))
-        trial = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))]) - rho * moved
-        self.move(np.concatenate([trial, self._friction * normal]))
+        self.measure = 1 / np.sqrt(np.concatenate([rho, rho[:points:3]]))
+        self.move(np.concatenate([force - rho * moved, self._limit]))
 
     @property
     def point(self) -> Array:
@@ -202,7 +214,8 @@ class _Springs:
         w = self._w_D + self._alpha * self._w_L - self._step.inertia @ self._u
         unbalanced = float(np.abs(self._B @ self._within_friction() + w).max())
         incompatible = norm(self._missed / self._stiffness) / max(norm(self._moved), 1e-300)
-        return max(unbalanced / UNBALANCED, incompatible / INCOMPATIBLE)
+        self._errors = unbalanced / UNBALANCED, incompatible / INCOMPATIBLE
+        return max(self._errors)
 
     def solution(self, iterations: int) -> StepSolution:
         """Return the solution after the last iteration."""

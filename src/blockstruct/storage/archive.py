@@ -153,17 +153,8 @@ class Archive:
             problem = str(unreadable(path, error, ANALYSIS))
         return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
 
-    def select(
-        self,
-        where: str | None = None,
-        *,
-        model_hash: str | None = None,
-        tags: str | list[str] | tuple[str, ...] = (),
-        since: str | None = None,
-        until: str | None = None,
-        all_columns: bool = False,
-    ) -> pd.DataFrame:
-        """Return rows of the table by a condition, model, tags and date.
+    def select(self, where: str | None = None, *, all_columns: bool = False) -> pd.DataFrame:
+        """Return rows of the table by a condition.
 
         Parameters
         ----------
@@ -172,35 +163,16 @@ class Archive:
             ``"status == 'converged' and load_factor < 0.3"``, ``"case in ['push +x', 'push -x']"``, ``"'north' in
             tags"``, ``"created_at >= '2026-01-31'"``. Other characters of a name than letters and digits are written
             as ``_``: ``"parameter_blocks_top_height < 2"``. It is parsed, and never run as code.
-        model_hash
-            The hash, or how it begins.
-        tags
-            Tags that an analysis must all have.
-        since, until
-            Dates, or times, of creation in ISO 8601, UTC without a time zone; both are included.
         all_columns
             As in :meth:`table`.
 
         Raises
         ------
         StorageError
-            If a text is not a date, or the condition is anything else, names no column, or compares one with a value
-            of another kind.
+            If the condition is anything else, names no column, or compares one with a value of another kind.
         """
         table = self.table(all_columns=True)
-        if where is not None:
-            table = rows_where(table, where)
-        wanted = {tags} if isinstance(tags, str) else set(tags)
-        keep = table["tags"].map(lambda found: wanted <= set(found) if isinstance(found, tuple) else not wanted)
-        if model_hash is not None:
-            keep &= table["model_hash"].fillna("").str.startswith(model_hash)
-        if since is not None:
-            keep &= table["created_at"] >= _time(since)
-        if until is not None:
-            # A date alone means its whole day.
-            day = pd.Timedelta(days=1) if len(until) == len("2026-01-31") else pd.Timedelta(microseconds=1)
-            keep &= table["created_at"] < _time(until) + day
-        rows = table[keep.astype(bool)]
+        rows = table if where is None else rows_where(table, where)
         return rows if all_columns else short_columns(rows)
 
     def history(self, selection: pd.DataFrame | str) -> xr.DataTree:
@@ -281,14 +253,6 @@ class Archive:
                 except OSError as error:
                     locked(error, path.with_suffix(""))
         return sorted(files), problems
-
-
-def _time(text: str) -> pd.Timestamp:
-    try:
-        return pd.to_datetime(text, utc=True, format="ISO8601")
-    except (ValueError, TypeError) as error:
-        msg = f"{text!r} is not a date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
-        raise StorageError(msg) from error
 
 
 def _answered(table: pd.DataFrame) -> pd.DataFrame:

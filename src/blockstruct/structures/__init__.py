@@ -20,22 +20,5 @@ from blockstruct.structures.rubble import Rubble
 from blockstruct.structures.sides import Buttress, Sidewall
 from blockstruct.structures.wall import wall
 
-__all__ = [
-    "Buttress",
-    "Opening",
-    "RoundOpening",
-    "Rubble",
-    "Sidewall",
-    "arch",
-    "arch_on_piers",
-    "barrel_vault",
-    "column",
-    "courses",
-    "cross_vault",
-    "dome",
-    "pier_spandrel",
-    "room",
-    "stack",
-    "tilted",
-    "wall",
-]
+__all__ = ["courses", "wall", "room", "pier_spandrel", "Opening", "RoundOpening", "Rubble", "Buttress", "Sidewall"]
+__all__ += ["arch", "arch_on_piers", "barrel_vault", "cross_vault", "dome", "column", "stack", "tilted"]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
@@ -14,8 +14,6 @@ from blockstruct.model.checks import SHORTEST, check_total, checked_count
 from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.prism import prism
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

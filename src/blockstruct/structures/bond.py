@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.tolerances import GRID, ROUNDING
 from blockstruct.structures.openings import QUARTER, AnyOpening, Opening
 from blockstruct.structures.rubble import RubbleJoints
-
-Array = NDArray[np.float64]
 
 
 def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:

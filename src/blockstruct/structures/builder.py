@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 from functools import wraps
-from inspect import signature
 from typing import Any, TypeVar, cast
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import RENAMED
 from blockstruct.model import Material
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.units import QuantityLike
@@ -23,14 +21,10 @@ _KINDS: dict[str, tuple[type, str]] = {
 
 
 def builder(function: _Function) -> _Function:
-    """Return a builder that refuses shared arguments of a wrong type, and former names of arguments."""
-    known = signature(function).parameters
+    """Return a builder that refuses shared arguments of a wrong type."""
 
     @wraps(function)
     def build(*args: Any, **keywords: Any) -> Any:
-        for name in keywords.keys() & RENAMED.keys() - known.keys():
-            msg = f"{function.__name__}: {name} is now {RENAMED[name]}; write {RENAMED[name]}="
-            raise ModelError(msg)
         for name, value in keywords.items():
             kind, remedy = _KINDS.get(name, (object, ""))
             if not isinstance(value, kind):

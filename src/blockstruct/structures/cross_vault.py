@@ -3,16 +3,14 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.polyhedron import BOX_FACES
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import check_total, checked_count
 from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.prism import block
 from blockstruct.units import QuantityLike
-
-Array = NDArray[np.float64]
 
 
 @builder

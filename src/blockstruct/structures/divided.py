@@ -5,13 +5,11 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.structures.bond import cut
 from blockstruct.structures.openings import QUARTER
-
-Array = NDArray[np.float64]
 
 
 def divided_wall(elevation: Any, unit_length: float, unit_height: float) -> list[tuple[str, Array]]:

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
@@ -13,8 +13,6 @@ from blockstruct.structures.arch import half_profile
 from blockstruct.structures.builder import builder, lengths
 from blockstruct.structures.prism import block, prismatoid
 from blockstruct.units import QuantityLike, si
-
-Array = NDArray[np.float64]
 
 
 @builder

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import shapely
 from attrs import field, frozen
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError, shown
 from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model.fields import ModelObject, named_arguments, not_negative, optional_scalar, scalar
@@ -15,8 +15,6 @@ from blockstruct.structures.arch import ArchProfile
 from blockstruct.structures.builder import LENGTH, count, length, optional_count, optional_length
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import counted
-
-Array = NDArray[np.float64]
 
 #: Smallest part of a unit or of a course that is left between a joint and an end, an opening or a ring.
 QUARTER = 0.25

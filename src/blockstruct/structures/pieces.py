@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.polyhedron import box, lofted
 from blockstruct.model import Block, Material
 from blockstruct.structures.bond import Panel
 from blockstruct.structures.prism import block
-
-Array = NDArray[np.float64]
 
 
 @dataclass(slots=True)

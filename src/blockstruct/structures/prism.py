@@ -1,12 +1,11 @@
 """Blocks extruded along y from a plane outline, and blocks between two level polygons."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.polyhedron import Loops, lofted, polyhedron
 from blockstruct.model import Block, Material
-
-Array = NDArray[np.float64]
 
 
 def block(name: str, body: tuple[Array, Loops], material: Material, *, fixed: bool | tuple[str, ...] = False) -> Block:

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from blockstruct.analysis import AnalysisManager, Listener
+from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, StudyWarning
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
@@ -166,7 +166,7 @@ class Directions:
         return all(case.flow is Flow.ASSOCIATIVE for case in cases) and not self.data.attrs["vertical"]
 
     @property
-    def half_turns(self) -> NDArray[np.bool_]:
+    def half_turns(self) -> Flags:
         """Whether the next direction is half a turn or more away.
 
         A convex set gives no information across such a gap. One value for each direction, in order; the first direction
@@ -175,7 +175,7 @@ class Directions:
         return np.asarray(self._gaps >= 180 * (1 - 1e-9))
 
     @property
-    def _gaps(self) -> NDArray[np.float64]:
+    def _gaps(self) -> Array:
         """Angle from each direction to the next, degrees."""
         angles = self.data["direction"].to_numpy()
         return np.diff(np.append(angles, angles[0] + 360))

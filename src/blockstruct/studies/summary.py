@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from blockstruct.analysis import AnalysisManager
+from blockstruct.arrays import Array
 from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
@@ -163,9 +163,6 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
     table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     return table
-
-
-Array = NDArray[np.float64]
 
 
 def summary(

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from blockstruct.text.numbers import Answer, ratio_text, shown
-from blockstruct.vocabulary import Status, counted
+from blockstruct.vocabulary import Status, counted, listed
 
 #: Checks that a sentence lists.
 _LISTED = 8
@@ -18,6 +18,13 @@ NO_DEMAND_OF_REACTION = (
     "a reaction alone does not verify a structure. It is the reaction left in the supports, under the dead load, as "
     "the structure begins to follow them."
 )
+
+
+def note_of_cases(text: str, cases: Sequence[str], relied_on: str) -> str:
+    """Return a note with its cases: the first, whose figures it states, and those that have one of its kind."""
+    first, *others = cases
+    named = text if first == relied_on else f"{first}: {text}"
+    return f"{named} Likewise: {listed(others)}." if others else named
 
 
 def no_number(case: str, status: Status, answer: Answer, *, cases: int, checks: int) -> str:

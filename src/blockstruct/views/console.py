@@ -16,7 +16,8 @@ from rich.table import Column, Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StateDone, StepDone
+from blockstruct.analysis import Listener
+from blockstruct.analysis.events import follow
 from blockstruct.text import study
 from blockstruct.text.numbers import LISTED
 from blockstruct.units import SI_UNITS, short_unit
@@ -440,20 +441,11 @@ def _of_curve(r: bs.CaseResult) -> list[str]:
     return [f"{kind}: {r.missing_curve}"] if r.missing_curve else []
 
 
-#: Programs and steps of a typical non-associative case: 7 to 11 on walls of 8 to 34 blocks.
-_USUAL = 12
-
-
 @contextmanager
 def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
     """Return listeners that show a run: a bar on a terminal, else lines; none if quiet."""
-    columns = (
-        # Names of cases are not markup.
-        TextColumn("{task.description}", markup=False),
-        BarColumn(bar_width=20),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[rest]}"),
-    )
+    # Names of cases are not markup.
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
     drawn = console.is_terminal and not quiet
     progress = Progress(*columns, console=console, transient=True)
     # Do not begin instead of disabling: rich before 14.3 ends a disabled bar with an empty line.
@@ -482,40 +474,12 @@ def study_following(console: Console, *, quiet: bool) -> Iterator[list[Callable[
 
 
 def bar(progress: Progress) -> Listener:
-    """Return a listener that moves a bar, with iteration, load factor, gap and the usual remaining time."""
-    task, place = progress.add_task("", total=1, rest=""), ""
+    """Return a listener that moves a bar, with iteration, load factor and gap."""
+    task = progress.add_task("", total=1.0)
 
-    def listen(event: Event) -> None:
-        nonlocal place
-        match event:
-            case CaseStarted(case):
-                place = f"case {event.number} of {event.count}, " if event.count > 1 else ""
-                usual = _USUAL if case.flow is bs.Flow.NONASSOCIATIVE else 1
-                progress.reset(task, description=f"{place}{case.name}", total=usual, rest="")
-            case IterationDone(case, index, iteration):
-                done, total = index + 1, progress.tasks[task].total or 1
-                left = (progress.tasks[task].elapsed or 0.0) / done * (total - done)
-                text = (
-                    f"{place}{case.name}: numerical iteration {index}, {_answer(case, iteration)}, "
-                    f"gap {iteration.certificate.flow_rule_gap:.0e}"
-                )
-                rest = f"about {left:.0f} s left" if done < total else "longer than usual"
-                progress.update(task, completed=min(done, total), description=text, rest=rest)
-            case StepDone(case, index, step):
-                text = f"{case.name}: step {index}, {step.displacement * 1e3:.1f} mm, {_answer(case, step)}"
-                progress.update(task, completed=min(index, case.steps), total=case.steps, description=text, rest="")
-            case StateDone(case, index, state):
-                share = min((state.time - float(case.times[0])) / case.duration, 1.0)
-                left = (progress.tasks[task].elapsed or 0.0) * (1 - share) / max(share, 1e-9)
-                rest = f"about {left:.0f} s left" if 0 < share < 1 else ""
-                text = f"{place}{case.name}: {state.time:.2f} s of {case.duration:.4g} s"
-                progress.update(task, completed=share, total=1.0, description=text, rest=rest)
-            case CaseFinished():
-                progress.update(task, completed=progress.tasks[task].total, rest="")
+    def write(text: str, done: float) -> None:
+        if not done:
+            progress.reset(task)
+        progress.update(task, completed=done, description=text)
 
-    return listen
-
-
-def _answer(case: Any, state: Any) -> str:
-    alpha = state.load_factor
-    return f"R = {-alpha:.4f} of the dead load" if isinstance(case, bs.SettlementCase) else f"α = {alpha:.4f}"
+    return follow(write)

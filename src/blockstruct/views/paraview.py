@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array
 from blockstruct.views.export.motion import pushover_motion
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, contact_forces, given_result
@@ -24,7 +25,6 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "export to ParaView") from error
 
-Array = NDArray[np.float64]
 
 _PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties|response)-\d{4,}\.vtp")
 

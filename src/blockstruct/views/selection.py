@@ -4,9 +4,9 @@ import operator
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array, Index
 from blockstruct.vocabulary import listed
 
 
@@ -66,7 +66,7 @@ def given_result(result: object, what: str) -> bs.CaseResult:
     raise bs.errors.ModelError(msg)
 
 
-def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def application_points(result: bs.CaseResult, iteration: int) -> tuple[Array, Array]:
     """Return points (I, 3) in m of compressed interfaces, else NaN, and forces (I, 3) in N.
 
     Forces act on the plus blocks, in global axes. Compression within rounding does not count.
@@ -83,14 +83,14 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     return point, np.einsum("ic,ica->ia", force, frame)
 
 
-def contact_forces(history: xr.Dataset) -> NDArray[np.float64]:
+def contact_forces(history: xr.Dataset) -> Array:
     """Return the forces (K, 3) at the contact points of one iteration, N, in global axes."""
     frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
     local = history["contact_force"].transpose("contact_point", "component").to_numpy()
     return np.asarray(np.einsum("kc,kca->ka", local, frame))
 
 
-def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int64], list[bs.results.MacroBlock]]:
+def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[Index, list[bs.results.MacroBlock]]:
     """Return the macro-block (B,) of each block, −1 at rest, and the moving ones by weight."""
     bodies = bs.results.macro_blocks(
         result.model, bs.results.mechanism(result.history.isel(iteration=[iteration])), dead=result.case.dead

@@ -7,14 +7,11 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.triangles import triangulated
 from blockstruct.text import SMALL
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Displacement of a corner, relative to the largest translation, from which a mechanism is drawn smaller.
 LEVER = 3.0
@@ -334,7 +331,7 @@ class LoadArrows:
 
     name: str
     grows: bool
-    block: NDArray[np.int64]
+    block: Index
     point: Array
     force: Array
     largest: float
@@ -359,7 +356,7 @@ def load_arrows(result: bs.CaseResult) -> list[LoadArrows]:
     return arrows_of
 
 
-def _acting(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[NDArray[np.int64], Array, Array]:
+def _acting(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[Index, Array, Array]:
     """Return blocks (n,), points (n, 3) in m and forces (n, 3) in N of a load pattern on free blocks, without couples.
 
     A mass-proportional force also moves the weights of the dead load.

@@ -6,13 +6,11 @@ from typing import Any
 from uuid import uuid4
 
 import numpy as np
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array
 from blockstruct.views.output import target_with, write_text
 from blockstruct.views.selection import chosen_iteration, given_result
-
-Array = NDArray[np.float64]
 
 
 def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = -1) -> Path:

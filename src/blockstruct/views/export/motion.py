@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.screws import screw_motions
 from blockstruct.geometry.triangles import triangulated
 from blockstruct.units import si
@@ -19,9 +20,6 @@ from blockstruct.views.output import target_with, write_bytes, write_text
 from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
 from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, EDGE, SUPPORT
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Positions of a mechanism in one period, and duration of a period and of a whole pushover, s.
 _FRAMES, _PERIOD, _WHOLE = 24, 4.0, 8.0
@@ -301,7 +299,7 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
 
 
-def _flat_faces(block: bs.Block) -> tuple[Array, Array, NDArray[np.int64]]:
+def _flat_faces(block: bs.Block) -> tuple[Array, Array, Index]:
     """Return corners, normals and triangles of a block, where no two faces share a corner."""
     shape = block.shape
     corners = np.concatenate([list(face) for face in shape.faces])
@@ -314,7 +312,7 @@ def _flat_faces(block: bs.Block) -> tuple[Array, Array, NDArray[np.int64]]:
     return shape.vertices[corners], normals, np.concatenate(triangles)
 
 
-def _shades(model: bs.Model, motion: Motion) -> NDArray[np.int64]:
+def _shades(model: bs.Model, motion: Motion) -> Index:
     """Return the material (B,) of each block: its largest displacement, or the colour of supports."""
     way = np.linalg.norm(motion.position - motion.position[0], axis=2).max(axis=0)
     shade = np.round((_SHADES - 1) * way / (way.max() or 1.0)).astype(np.int64)

@@ -18,12 +18,10 @@ from matplotlib.path import Path
 from matplotlib.textpath import TextPath
 
 import blockstruct as bs
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.geometry.polygon import next_corners
 from blockstruct.views.solids import Solids, TieLines, View, block_pairs, round_value
 from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 #: Light in the axes of the view (right, up, toward the reader), and the share of brightness without it.
 _LIGHT, _AMBIENT = np.array([-0.3, 0.5, 0.81]), 0.62
@@ -168,7 +166,7 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
     return rank
 
 
-def _line_ranks(model: bs.Model, solids: Solids, lines: Lines, rank: Index, front: npt.NDArray[np.bool_]) -> Index:
+def _line_ranks(model: bs.Model, solids: Solids, lines: Lines, rank: Index, front: Flags) -> Index:
     """Return the rank (L,) of the last block whose shown face holds a line; −1 without one."""
     blocks = block_pairs(model)[lines.interface].ravel()
     first = np.searchsorted(solids.block_of_face, blocks)

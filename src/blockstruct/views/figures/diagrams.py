@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
@@ -99,8 +99,6 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         legend_above(ax)
     return ax
 
-
-Array = NDArray[np.float64]
 
 _CUTS = 65
 

@@ -6,17 +6,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array
 from blockstruct.text import SMALL
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas, legend_above, verbatim
 from blockstruct.views.selection import application_points, chosen_iteration, contact_forces, given_result
 from blockstruct.views.solids import Solids, TieLines, block_pairs, load_arrows, round_value
 from blockstruct.views.style import ACCENT, ARROW, FORCE, PALE_EDGE, PALE_STONE, TIE
-
-Array = NDArray[np.float64]
 
 
 def forces(

@@ -7,16 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array
 from blockstruct.units import readable, si
 from blockstruct.views.figures.canvas import Canvas, legend_above, stones
 from blockstruct.views.selection import chosen_iteration, given_result, moving_bodies
 from blockstruct.views.solids import Solids, driving, push
 from blockstruct.views.style import AMPLITUDE, ARROW, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
-
-Array = NDArray[np.float64]
 
 #: Half the width of a letter of its text, relative to the same extent.
 _LETTER = 0.014

@@ -10,13 +10,12 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.arrays import Array, Index
 from blockstruct.text import SMALL
 from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones
 from blockstruct.views.selection import application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids, View
 from blockstruct.views.style import ACCENT, FORCE, LINE, STATE_COLOURS, UTILISATION, parts
-
-Array = NDArray[np.float64]
 
 #: Length of a dash, in widths of its line.
 _DASH = 2.5
@@ -87,7 +86,7 @@ def structure(
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _edges(model: bs.Model) -> tuple[Array, NDArray[np.int64]]:
+def _edges(model: bs.Model) -> tuple[Array, Index]:
     """Return the ends (L, 2, 3) of the edges of all interfaces, m, and the interface (L,) of each."""
     polygons = [np.asarray(i.polygon) for i in model.interfaces]
     interface = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])

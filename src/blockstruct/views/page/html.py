@@ -22,6 +22,7 @@ import numpy.typing as npt
 from plotly.offline import get_plotlyjs
 
 import blockstruct as bs
+from blockstruct.arrays import Array
 from blockstruct.units import readable
 from blockstruct.views import style, words
 from blockstruct.views.console import plain
@@ -154,9 +155,6 @@ def _widget(page: str, height: int) -> Any:
         "picked": traitlets.Unicode("").tag(sync=True),
     }
     return type("Page", (anywidget.AnyWidget,), contents)()
-
-
-Array = npt.NDArray[np.float64]
 
 
 def payload(analysis: bs.Analysis) -> dict[str, Any]:

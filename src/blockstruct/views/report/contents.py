@@ -46,6 +46,8 @@ def contents(
         checks_of.setdefault(name, []).append(summary.verification(name, check, notes))
     every = [check for found in checks_of.values() for check in found]
     drawn = {name: summary.relied_motion(check) for name, check in of_case}
+    # The picture of a single case is above the table.
+    rows = drawn if len(drawn) > 1 else {}
     page: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
@@ -65,7 +67,7 @@ def contents(
         "relied_on": first,
         "unit_sizes": "" if unit_sizes is None else str(unit_sizes),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
-        "results": [_headline(r, notes, checks_of.get(r.name, [])) for r in shown_results(analysis)],
+        "results": [_headline(r, notes, checks_of.get(r.name, []), rows.get(r.name)) for r in shown_results(analysis)],
         "verification": every,
         "rounded": bs.assess.lines.ROUNDED,
         "shared": summary.shared_sections(every),
@@ -78,8 +80,10 @@ def contents(
         "settings": list(results[0].settings.flat.items()),
         "versions": dict(analysis.versions),
     }
-    on_first_page = {number for number, _ in first["notes"]}
-    return page | {"notes": [item for item in notes.listed() if item[0] not in on_first_page]}
+    # All cases of a note are known now.
+    listed, numbers = notes.listed(first["name"]), first["notes"]
+    first["notes"] = [item for item in listed if item[0] in numbers]
+    return page | {"notes": [item for item in listed if item[0] not in numbers]}
 
 
 def quantity(value: float, unit: str) -> str:
@@ -238,20 +242,25 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
-def _headline(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _headline(
+    r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]], drawn: bs.CaseResult | None
+) -> dict[str, Any]:
+    """Return the row of a case, with a picture of the mechanism that its check relies on."""
     head = r.headline
     return _result(r) | {
         "range": head.range,
+        "ends": " to ".join(dict.fromkeys(head.answer.ends(head.path_range))) if head.path_range else "",
         "bound": head.bound and (head.answer.text(head.associative) if np.isfinite(head.associative) else "none"),
         "notes": _numbers(r, notes, checks),
         "checks": checks,
+        "picture": drawn and summary.small_picture(drawn),
     }
 
 
 def _numbers(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[str, Any]]) -> list[int]:
     """Return the numbers of the notes on a case, or on its checks, which include the notes on the run relied on."""
     if not checks:
-        return notes.numbers([*r.warnings, *r.owed])
+        return notes.numbers(r.name, summary.cautions(r))
     return sorted({number for check in checks for number in check["notes"]})
 
 

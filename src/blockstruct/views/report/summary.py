@@ -1,6 +1,7 @@
 """The first page of a report: the number to rely on, and what to know with it; its checks and pictures."""
 
 import base64
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,14 +12,14 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.text import FEW, NoteCode, Severity, report
+from blockstruct.text import FEW, Note, NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import moving_bodies
 from blockstruct.views.style import BODY_COLOURS
 
 #: Width and height, inches: the mechanism of a direction is 9 cm high or more, with its legend next to it.
-_MECHANISM, _GEOMETRY, _DIAGRAM = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9)
+_MECHANISM, _GEOMETRY, _DIAGRAM, _ROW = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9), (1.2, 1.0)
 
 
 def picture(drawing: Drawing) -> dict[str, Any]:
@@ -35,13 +36,29 @@ def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
     """
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
+    drawn = picture(Drawing("mechanism", _moves(result), lambda ax: _draw(ax, result), _MECHANISM))
+    return drawn | {"bodies": _bodies(result)}
+
+
+def _draw(ax: Axes, result: bs.CaseResult) -> None:
+    """Draw the mechanism of a case without its legend."""
+    figures.mechanism(result, colour="macro-block", ax=ax)
+    if legend := ax.get_legend():
+        legend.remove()
+
+
+def small_picture(result: bs.CaseResult) -> dict[str, str]:
+    """Return the picture of a mechanism for a row of the table, without texts."""
 
     def draw(ax: Axes) -> None:
-        figures.mechanism(result, colour="macro-block", ax=ax)
-        if legend := ax.get_legend():
-            legend.remove()
+        _draw(ax, result)
+        for words in list(ax.texts):
+            words.remove()
+        # The blocks fill the picture: neither the push nor the axes have room.
+        blocks = max((part.get_datalim(ax.transData) for part in ax.collections), key=lambda box: box.width)
+        ax.set(xlim=blocks.intervalx, ylim=blocks.intervaly)
 
-    return picture(Drawing("mechanism", _moves(result), draw, _MECHANISM)) | {"bodies": _bodies(result)}
+    return picture(Drawing("mechanism", _moves(result), draw, _ROW))
 
 
 def relied_motion(check: bs.assess.LocalMechanismCheck) -> bs.CaseResult:
@@ -112,18 +129,39 @@ Check = bs.assess.LocalMechanismCheck
 
 
 class Notes:
-    """Texts in the order in which they are first cited."""
+    """Notes in the order in which cases first cite them.
+
+    Cautions with one code are one note, with the text of the case that cites it first.
+    """
 
     def __init__(self) -> None:
-        self._number: dict[str, int] = {}
+        self._cases: dict[str, list[str]] = {}
+        self._texts: dict[tuple[NoteCode, int], str] = {}
 
-    def numbers(self, texts: Iterable[str]) -> list[int]:
-        """Return the numbers of notes, and list those that are new."""
-        return [self._number.setdefault(text, len(self._number) + 1) for text in texts]
+    def numbers(self, case: str, notes: Iterable[Note]) -> list[int]:
+        """Return the numbers of the notes on a case, and list those that are new."""
+        texts, met = list[str](), Counter[NoteCode]()
+        for note in notes:
+            text = note.text
+            if note.severity is not Severity.WARNING and text not in self._cases:
+                # A case may have several notes of one code.
+                text = self._texts.setdefault((note.code, met[note.code]), text)
+            met[note.code] += 1
+            if case not in (cases := self._cases.setdefault(text, [])):
+                cases.append(case)
+            texts.append(text)
+        numbers = {text: number for number, text in enumerate(self._cases, start=1)}
+        return list(dict.fromkeys(numbers[text] for text in texts))
 
-    def listed(self) -> list[tuple[int, str]]:
-        """Return the number and the text of every note."""
-        return [(number, text) for text, number in self._number.items()]
+    def listed(self, relied_on: str) -> list[tuple[int, str]]:
+        """Return the number and the text of every note, with its cases unless it is only of the one relied on."""
+        each = enumerate(self._cases.items(), start=1)
+        return [(number, report.note_of_cases(text, cases, relied_on)) for number, (text, cases) in each]
+
+
+def cautions(result: bs.CaseResult) -> list[Note]:
+    """Return the notes on a case that are warnings or cautions."""
+    return [note for note in result.notes if note.severity is not Severity.INFO]
 
 
 def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, Check]]:
@@ -185,7 +223,7 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
         "state": check.relied_on,
         "e_star": f"{verdict.governing.e_star:.3g}",
         "a0_star": f"{check.acceleration:.4g} m/s²",
-        "notes": notes.numbers(note.text for note in check.notes),
+        "notes": notes.numbers(name, check.notes),
         "picture": {"is_detail": check.method == "linear", **drawn} if (drawn := capacity_picture(check)) else None,
         "sections": [
             {
@@ -235,11 +273,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         return nothing | {"name": "", "sentence": report.NO_CASE, "between": ""}
     head, result = heads[name], analysis[name]
     begins = beginning_words(result)
-    if check:
-        # Those of a check include the notes on the run that it relies on, which may be a variant of the case.
-        texts = [note.text for note in sorted(check.notes, key=lambda note: note.severity is not Severity.WARNING)]
-    else:
-        texts = [*result.warnings, *result.owed]
+    # Those of a check include the notes on the run that it relies on, which may be a variant of the case.
+    notes = check.notes if check else cautions(result)
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
@@ -273,7 +308,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         "picture": mechanism_picture(relied_motion(check) if check else result),
         "holds": _holds(result, [one for _, one in checks]),
         "missed": _missed([item for item in checks if item[1] is not check]),
-        "notes": list(dict(zip(noted.numbers(texts), texts, strict=True)).items()),
+        "notes": noted.numbers(name, notes),
     }
 
 
