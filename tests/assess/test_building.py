@@ -60,15 +60,44 @@ def test_an_interrupt_ends_the_whole_building(monkeypatch):
     """It went on with the variants of the directions that had ended."""
     variants = bs.AnalysisManager.vary
 
-    def interrupted(self, result):
-        ended = variants(self, result)
+    def interrupted(self, *results):
+        ended = variants(self, *results)
         (*_, last) = ended
         cut = Outcome(bs.Status.INTERRUPTED, np.nan, bs.vocabulary.Reason.INTERRUPTED)
         return ended.replaced(results={**ended, last: ended[last].changed(outcome=cut)})
 
     monkeypatch.setattr(bs.AnalysisManager, "vary", interrupted)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt) as interrupt:
         bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
+    assert "give a store" in interrupt.value.__notes__[0]
+
+
+def test_an_interrupted_building_continues_from_its_store(monkeypatch, tmp_path):
+    store, begun = tmp_path / "house.h5", []
+    run_case = bs.AnalysisManager._run_case
+
+    def counted(self, before, *rest):
+        begun.append(before.name)
+        if len(begun) in (2, 5):
+            raise KeyboardInterrupt
+        return run_case(self, before, *rest)
+
+    monkeypatch.setattr(bs.AnalysisManager, "_run_case", counted)
+    arguments = (block(), SELF_WEIGHT, SITE)
+    keywords = {"directions": ["+x", "+y"], "progress": False, "store": store}
+    for ended in ("1 run ended (push +x)", "3 runs ended"):
+        with pytest.raises(KeyboardInterrupt) as interrupt:
+            bs.assess.building(*arguments, **keywords)
+        assert ended in interrupt.value.__notes__[0]
+        assert f"{store} keeps" in interrupt.value.__notes__[0]
+    found = bs.assess.building(*arguments, **keywords)
+    # Two runs were interrupted, and no other one was made twice.
+    assert len(begun) == len(found.analysis) + 2
+    again = bs.assess.building(*arguments, **keywords)
+    assert (len(begun), again.verdict.ratio) == (len(found.analysis) + 2, found.verdict.ratio)
+    assert found.verdict.ratio == bs.assess.building(*arguments, directions=["+x", "+y"], progress=False).verdict.ratio
+    with pytest.raises(bs.errors.StorageError, match="another model"):
+        bs.assess.building(*arguments, directions=["-x"], progress=False, store=store)
 
 
 def test_a_direction_that_has_not_settled_opens_the_verdict_and_leaves_the_lowest_ratio(found):

@@ -24,9 +24,9 @@ from blockstruct.analysis.events import (
     StepDone,
     print_lines,
 )
-from blockstruct.analysis.manager import AnalysisManager, recover, reproduce, run
+from blockstruct.analysis.manager import AnalysisManager, kept_analysis, recover, reproduce, run
 from blockstruct.analysis.ties import least_tie_force
 
-__all__ = ["AnalysisManager", "least_tie_force", "recover", "reproduce", "run"]
+__all__ = ["AnalysisManager", "kept_analysis", "least_tie_force", "recover", "reproduce", "run"]
 __all__ += ["CaseFinished", "CaseStarted", "Event", "IterationDone", "Listener", "StateDone", "StepDone"]
 __all__ += ["print_lines"]

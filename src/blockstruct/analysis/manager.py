@@ -189,23 +189,26 @@ class AnalysisManager:
         located = plan.located_cases(self.model, checked_tuple(cases, Case, "AnalysisManager.run: cases"))
         return self._run(plan.runs_of(located, self.settings, schedules_of(spread)))
 
-    def vary(self, result: CaseResult) -> Analysis:
+    def vary(self, result: CaseResult, *others: CaseResult) -> Analysis:
         """Run the variants of a case that has been run, as ``run([case], spread=True)`` does after the case.
 
         Parameters
         ----------
         result
             Result of a case of this model, with the settings of this manager. It is part of the analysis as it is.
+        others
+            Results of other cases to keep in the analysis.
         """
-        return self._run(plan.runs_of([result.case], self.settings, schedules_of(True)), result)
+        return self._run(plan.runs_of([result.case], self.settings, schedules_of(True)), *others, result)
 
     def _run(self, runs: Sequence[plan.Run], *known: CaseResult) -> Analysis:
         """Run cases, apart from known results."""
         started_at = plan.now()
         checked = self.check([run.case for run in runs])
         problems = {run.case.name: (self.statics, problem) for run, problem in zip(runs, checked, strict=True)}
-        planned = {run.case.name: plan.planned_result(run, *problems[run.case.name], started_at) for run in runs}
-        planned |= {result.name: result for result in known}
+        planned = {result.name: result for result in known}
+        for run in runs:
+            planned.setdefault(run.case.name, plan.planned_result(run, *problems[run.case.name], started_at))
         analysis = Analysis(
             self.model,
             planned,
@@ -226,7 +229,9 @@ class AnalysisManager:
         return done
 
     @classmethod
-    def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = (), progress: Progress = "auto") -> Analysis:
+    def resume(
+        cls, path: str | Path, *, listeners: Iterable[Listener] = (), progress: Progress = "auto", effects: bool = True
+    ) -> Analysis:
         """Resume a killed or interrupted run from its last committed iteration.
 
         Cases that have ended are kept. Solved programs are not solved again, except for the program under dead load.
@@ -239,7 +244,7 @@ class AnalysisManager:
             The store of the run.
         listeners
             As for the manager; they also receive replayed iterations.
-        progress
+        progress, effects
             As for the manager.
 
         Raises
@@ -258,7 +263,7 @@ class AnalysisManager:
             with Checkpoint.reopen(path, plan.blank_history) as working:
                 analysis = working.analysis()
                 plan.warn_of_versions(analysis)
-                done = cls._resuming(analysis, path, listeners, progress)._record(analysis, working)
+                done = cls._resuming(analysis, path, listeners, progress, effects=effects)._record(analysis, working)
             _warn_of(done.values())
             return done
         analysis = open_analysis(path)
@@ -266,7 +271,7 @@ class AnalysisManager:
             tidy(path)
             return analysis
         plan.warn_of_versions(analysis)
-        manager = cls._resuming(analysis, path, listeners, progress)
+        manager = cls._resuming(analysis, path, listeners, progress, effects=effects)
         with Checkpoint.begin(path, analysis) as working:
             done = manager._record(analysis, working)
         _warn_of(done.values())
@@ -290,10 +295,16 @@ class AnalysisManager:
 
     @classmethod
     def _resuming(
-        cls, analysis: Analysis, path: str | Path | None, listeners: Iterable[Listener], progress: Progress = "auto"
+        cls,
+        analysis: Analysis,
+        path: str | Path | None,
+        listeners: Iterable[Listener],
+        progress: Progress = "auto",
+        *,
+        effects: bool = True,
     ) -> Self:
         settings = next((result.settings for result in analysis.values()), None)
-        return cls(analysis.model, path, settings=settings, listeners=listeners, progress=progress)
+        return cls(analysis.model, path, settings=settings, listeners=listeners, progress=progress, effects=effects)
 
     def _record(self, analysis: Analysis, working: Checkpoint, problems: Problems = MappingProxyType({})) -> Analysis:
         done = self._conduct(analysis, (Recorder(working), *self.listeners), problems)
@@ -485,3 +496,16 @@ def recover(path: str | Path) -> Analysis:
         analysis = working.analysis()
         working.finish(analysis)
     return analysis
+
+
+def kept_analysis(path: str | Path) -> Analysis | None:
+    """Return the analysis that a path holds, made anew if its run was killed; None if it holds nothing.
+
+    Raises
+    ------
+    StorageError, FormatError
+        As :func:`recover`, or if the file is not an analysis.
+    """
+    if is_unfinished(path):
+        return recover(path)
+    return open_analysis(path) if Path(path).exists() else None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from blockstruct.analysis import AnalysisManager
+from blockstruct.analysis import AnalysisManager, kept_analysis
 from blockstruct.analysis.events import CaseFinished, Event, Progress
 from blockstruct.analysis.motions import with_effects
 from blockstruct.analysis.plan import runs_of
@@ -22,7 +22,7 @@ from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.unit_sizes import UnitSizes
 from blockstruct.assess.verdict import Verdict
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, StorageError
 from blockstruct.keywords import made_again
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
@@ -170,6 +170,7 @@ def building(  # noqa: PLR0913
     dead: LoadPattern,
     spectrum: NtcSpectrum | TableSpectrum | FloorSpectrum,
     *,
+    store: str | Path | None = None,
     directions: Sequence[Any] = DIRECTIONS,
     confidence_factor: float | None = None,
     knowledge_level: str | None = None,
@@ -190,6 +191,9 @@ def building(  # noqa: PLR0913
         The structure, and its weights and other loads that act in full.
     spectrum
         Demand at SLV.
+    store
+        Path of a file that keeps every run when it ends. After an interrupt or a crash, the same call continues from
+        there. None keeps the runs in memory, where an interrupt loses them.
     directions
         Directions of :class:`blockstruct.BodyForce`.
     confidence_factor, knowledge_level, method
@@ -212,6 +216,10 @@ def building(  # noqa: PLR0913
     ------
     ModelError
         If no direction has a load factor to check, or an argument does not suit :func:`local_mechanism`.
+    StorageError
+        If the store holds runs of another model, other loads or other settings, or cannot be written.
+    KeyboardInterrupt
+        After an interrupt. Its note states which runs the store keeps.
     """
     cases = {}
     for direction in directions:
@@ -220,19 +228,20 @@ def building(  # noqa: PLR0913
         cases[name] = LimitCase(name, dead, LoadPattern(name, [force]))
     # The governing case is run before its variants.
     variants = len(runs_of([*cases.values()][:1], settings or ProcedureSettings(), schedules_of(True))) - 1
-    left = _TimeLeft(len(cases) + variants)
-    watched: dict[str, Any] = {"settings": settings, "progress": is_watched() if progress == "auto" else progress}
+    kept = {} if store is None else _kept(store, model, cases, settings or ProcedureSettings())
+    left = _TimeLeft(len(cases) + variants - len(_ended(kept)))
+    watched: dict[str, Any] = {"effects": False, "progress": is_watched() if progress == "auto" else progress}
     if progress is not False:
         watched["listeners"] = [left]
         print(assessment.runs_planned(model.name, len(model.blocks), len(cases), variants), file=sys.stderr, flush=True)
-    manager = AnalysisManager(model, **watched, effects=False)
-    analysis = _complete(manager.run(cases.values()))
-    results = dict(analysis)
+    manager = AnalysisManager(model, store, settings=settings, **watched)
+    analysis = manager.resume(store, **watched) if store and kept else manager.run(cases.values())
+    results = dict(_complete(analysis, store))
 
     def checked(result: CaseResult | Spread) -> LocalMechanismCheck:
         return local_mechanism(result, confidence_factor, spectrum, knowledge_level=knowledge_level, method=method)
 
-    checks = {name: checked(result) for name, result in results.items() if result.status is Status.CONVERGED}
+    checks = {name: checked(results[name]) for name in cases if results[name].status is Status.CONVERGED}
     if not checks:
         ended = ", ".join(f"{name}: {result.ended}" for name, result in results.items())
         msg = f"building {model.name!r}: no direction has a load factor to check ({ended})"
@@ -241,11 +250,14 @@ def building(  # noqa: PLR0913
     while (name := _governing(checks)) not in ranged:
         left.count += variants * bool(ranged)
         ranged.add(name)
-        more = _complete(manager.vary(results[name]))
+        more = analysis
+        if name not in analysis.spreads:
+            others = [result for result in results.values() if result.name != name]
+            more = _complete(manager.vary(results[name], *others), store)
         # The effects of torsion, crushing and self-stress count where they may decide: in the run relied on.
         low = with_effects(more.spread(name).relied_on)
         more = more.replaced(results={**more, low.name: low})
-        results |= more
+        results |= {run: more[run] for run in more if name in (run, more[run].of_case)}
         checks[name] = checked(more.spread(name))
     governs = _governing(checks)
     if unit_sizes is not None:
@@ -255,10 +267,33 @@ def building(  # noqa: PLR0913
     return Building(kept, MappingProxyType(checks), unit_sizes)
 
 
-def _complete(analysis: Analysis) -> Analysis:
+def _kept(
+    store: str | Path, model: Model, cases: Mapping[str, LimitCase], settings: ProcedureSettings
+) -> Mapping[str, CaseResult]:
+    """Return the results that a store has of a building; empty without a file."""
+    analysis = kept_analysis(store)
+    if analysis is None:
+        return {}
+    found = {name: (result.case, result.settings) for name, result in analysis.items() if not result.of_case}
+    if analysis.model.hash != model.hash or found != {name: (case, settings) for name, case in cases.items()}:
+        msg = (
+            f"{store}: holds runs of another model, other loads or other settings than building {model.name!r}; give "
+            "another store"
+        )
+        raise StorageError(msg)
+    return analysis
+
+
+def _ended(results: Mapping[str, CaseResult]) -> list[str]:
+    return [name for name, result in results.items() if result.status is not Status.INTERRUPTED]
+
+
+def _complete(analysis: Analysis, store: str | Path | None) -> Analysis:
     """Return an analysis; raise KeyboardInterrupt if one ended it early, as a building needs every run."""
     if analysis.status != "finished":
-        raise KeyboardInterrupt
+        interrupt = KeyboardInterrupt()
+        interrupt.add_note(assessment.building_interrupted(_ended(analysis), None if store is None else str(store)))
+        raise interrupt
     return analysis
 
 

@@ -11,7 +11,7 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import Exit, app, argument, option, say
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known, did_you_mean
 
 #: Required and optional entries of a site, and an example.
 _SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
@@ -56,6 +56,9 @@ def assess(
         list[str] | None, option("Direction of a push on a model document.", default="+x, -x, +y and -y")
     ] = None,
     output: Annotated[Path | None, option("Report of a model document, .html or .pdf.", "--output", "-o")] = None,
+    store: Annotated[
+        Path | None, option("Analysis file that keeps the runs of a model document; to continue them, too.", "--store")
+    ] = None,
 ) -> None:
     """Check local mechanisms after the Circolare 7/2019, C8.7.1.2.1.
 
@@ -67,10 +70,13 @@ def assess(
             msg = f"{file}: --case chooses a case of an analysis file; give --direction for a model document"
             raise bs.errors.ModelError(msg)
         demand = demand_of(spectrum or "", mode or ())
-        _building(file, demand, direction, output, confidence_factor, knowledge_level, method)
+        _building(file, demand, direction, output, store, confidence_factor, knowledge_level, method)
         return
-    if direction or output:
-        msg = f"{file}: --direction and --output belong to a model document; report writes the report of an analysis"
+    if direction or output or store:
+        msg = (
+            f"{file}: --direction, --output and --store belong to a model document; report writes the report of an "
+            "analysis"
+        )
         raise bs.errors.ModelError(msg)
     analysis = bs.open_analysis(file)
     for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
@@ -88,6 +94,7 @@ def _building(
     demand: bs.assess.NtcSpectrum | bs.assess.FloorSpectrum,
     directions: Sequence[str] | None,
     output: Path | None,
+    store: Path | None,
     factor: float | None,
     level: str | None,
     method: str | None,
@@ -98,6 +105,7 @@ def _building(
         document.model,
         document.cases[0].dead,
         demand,
+        store=store,
         directions=directions or bs.assess.DIRECTIONS,
         confidence_factor=factor,
         knowledge_level=level,
@@ -163,9 +171,7 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
     """Return the cases to check: one, or all with a push and a load factor."""
     heads = analysis.headlines
     if only is not None:
-        if only not in heads:
-            msg = f"--case {only!r}: {did_you_mean(only, heads)}"
-            raise bs.errors.UnknownNameError(msg)
+        check_known(only, heads, "--case")
         if heads[only].status is not bs.Status.CONVERGED:
             msg = (
                 f"--case {only!r}: {heads[only].status.words}, without a load factor to check; give one that converged"

@@ -174,6 +174,14 @@ def run_ended(case: str, status: Status, done: int, count: int, elapsed: float) 
     return f"run {done} of {count}, {case}: {status.words} after {elapsed:.0f} s{left}"
 
 
+def building_interrupted(ended: Sequence[str], store: str | None) -> str:
+    """Return the sentence on the runs of an interrupted building that have ended, and the file that keeps them."""
+    runs = f"{counted(len(ended), 'run')} ended ({', '.join(ended)})" if ended else "no run ended"
+    if store is None:
+        return f"{runs}: give a store (store=, --store) to keep them, and the same call continues"
+    return f"{store} keeps what was done, {runs}; the same call continues from there"
+
+
 # -- the collapse state ------------------------------------------------------------------------------------------------
 
 
