@@ -196,7 +196,7 @@ def test_forces_that_cost_nothing_are_left_where_they_balance():
 def test_forces_beyond_friction_are_brought_within_it_at_a_lower_load_factor():
     """Forces of 1.05 times the friction of a block that slides."""
     problem = problem_of(model_of(*single_block(1.0, 0.6, mu=0.4)), push(1, 0, 0))
-    beyond = np.linalg.lstsq(problem.A.toarray(), -problem.w_D - 0.42 * problem.w_L)[0].reshape(-1, 3)
+    beyond = np.linalg.lstsq(problem.A.toarray(), -problem.w_D - 0.42 * problem.w_L, rcond=None)[0].reshape(-1, 3)
     x = carried_forces(problem.A, problem.friction, beyond, -problem.w_D, load=problem.w_L, alpha=0.42)
     load_factor = -problem.w_L @ (problem.A @ x.ravel() + problem.w_D) / (problem.w_L @ problem.w_L)
     assert 0.3 < load_factor <= 0.4

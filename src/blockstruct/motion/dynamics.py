@@ -340,7 +340,7 @@ class _Law:
 def _newton(M: Array, relative: Any, push: Array, law: _Law, V: Array, scale: Array) -> tuple[Array, Array, int] | None:
     """Return velocities (6 F,), forces (K, 3) and the number of iterations; None without a solution."""
     x, K = law.contacts.force, len(law.contacts.force)
-    blocks = sp.block_diag(list(M), format="csr") if sp.issparse(relative) else _diagonal(M)
+    blocks = sp.block_diag([sp.coo_array(M[0]), *M[1:]], format="csr") if sp.issparse(relative) else _diagonal(M)
     kept, slope, worst = law.projected(x, (relative @ V).reshape(K, 3))
     for iterations in range(ITERATIONS + 1):
         missed = push + relative.T @ x.ravel() - blocks @ V

@@ -219,7 +219,7 @@ class MovingProblem:
             parts.append(weight / STANDARD_GRAVITY * mass / np.outer(own, own))
         if self.at_rest.settlement is not None:
             parts.append(np.array([[1 / (STANDARD_GRAVITY * self.at_rest.settlement.force)]]))
-        return sp.csr_array(sp.block_diag(parts))
+        return sp.csr_array(sp.block_diag([sp.coo_array(part) for part in parts]))
 
     @property
     def sharp(self) -> Self:
