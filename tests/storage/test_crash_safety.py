@@ -121,7 +121,7 @@ def test_resume_solves_nothing_twice(tmp_path, monkeypatch):
     monkeypatch.setattr(ClarabelSolver, "solve", lambda *words: solved.append(words) or solve(*words))
     heard = []
     analysis = bs.AnalysisManager.resume(path, listeners=[heard.append])
-    # The dead load, which the two cases that had not ended share, and what was not solved yet.
+    # The dead load, which both cases that had not ended share, and what was not solved yet.
     assert len(solved) == 1 + (analysis["sideways"].n_iterations - 6) + analysis["lifted"].n_iterations
     assert sum(isinstance(e, IterationDone) for e in heard) == sum(
         analysis[name].n_iterations for name in ("sideways", "lifted")
