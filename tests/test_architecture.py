@@ -18,7 +18,7 @@ MAY_IMPORT = {
     "errors": set(),
     "vocabulary": set(),
     "notebook": set(),
-    "keywords": set(),
+    "keywords": {"errors"},
     "schema": {"errors", "keywords"},
     "files": {"errors"},
     "units": {"errors"},

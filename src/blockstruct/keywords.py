@@ -7,6 +7,8 @@ from inspect import signature
 from types import MappingProxyType
 from typing import Any
 
+from blockstruct.errors import UnknownNameError, shown
+
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return advice on an unknown name: similar known names, or all names.
@@ -21,6 +23,20 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     # The search for similar words is slower for longer words.
     near = near or get_close_matches(word[:100], known, cutoff=0.7)
     return f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known) or 'none'}"
+
+
+def check_known(name: Any, known: Iterable[str], what: str) -> None:
+    """Check that a name is known; ``what`` says where it was given and what it names.
+
+    Raises
+    ------
+    UnknownNameError
+        If it is not, with advice.
+    """
+    known = list(known)
+    if not isinstance(name, str) or name not in known:
+        msg = f"{what} {shown(name)}; {did_you_mean(str(name), known)}"
+        raise UnknownNameError(msg)
 
 
 def made_again(instance: Any) -> tuple[Callable[[], Any], tuple[()]]:

@@ -10,9 +10,10 @@ from blockstruct import Q_
 from blockstruct.geometry import overlap
 from blockstruct.geometry.cells import polygon_cells
 from blockstruct.geometry.coplanar import coplanar_face_pairs
+from blockstruct.geometry.faces import common_areas
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.overlap import overlapping_pairs
-from blockstruct.geometry.polygon import common_areas, flat_polygons, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import flat_polygons, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import box, polyhedron
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
 from blockstruct.geometry.touching import inset, largest_radius

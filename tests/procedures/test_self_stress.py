@@ -80,7 +80,7 @@ def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
     spread = bs.AnalysisManager(lintel(3)).run([case], spread="steep").spread("more")
     assert spread.headline.status == "depends_on_self_stress"
     assert math.isnan(spread.load_factor)
-    assert spread.warnings == spread.owed == ()
+    assert spread.warnings == spread.given.owed == ()
 
 
 def overhang(share):

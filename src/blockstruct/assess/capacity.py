@@ -10,10 +10,10 @@ from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
-from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult, MacroBlock
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
 

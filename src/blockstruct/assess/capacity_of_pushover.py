@@ -10,10 +10,10 @@ from blockstruct.arrays import Array, Flags
 from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
-from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, block_rotations
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import counted
 

@@ -13,11 +13,11 @@ from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
-from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.notebook import html_table
 from blockstruct.results import CaseResult, MacroBlock, with_motion
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import SMALL, Note, NoteCode, Severity, assessment, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way, listed
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known
 from blockstruct.text import Note
 from blockstruct.text.assessment import changed_coefficients
 
@@ -110,9 +110,8 @@ def confidence(
         factor is below the least one without crushing.
     """
     who = "local_mechanism: confidence_factor"
-    if level is not None and level not in KNOWLEDGE_LEVELS:
-        msg = f"local_mechanism: knowledge_level {shown(level)}; {did_you_mean(str(level), KNOWLEDGE_LEVELS)}"
-        raise ModelError(msg)
+    if level is not None:
+        check_known(level, KNOWLEDGE_LEVELS, "local_mechanism: knowledge_level")
     if factor is not None and not (_is_number(factor) and 1 <= factor <= 10):
         msg = f"{who} {shown(factor)}; give a number from 1 to 10"
         raise ModelError(msg)

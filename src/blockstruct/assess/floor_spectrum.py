@@ -6,17 +6,19 @@ from itertools import combinations
 from typing import Self
 
 import numpy as np
+from attrs import field, frozen
 from numpy.typing import ArrayLike
 
 from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
-from blockstruct.assess.tolerances import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
+from blockstruct.model.fields import named_arguments, number, scalar
+from blockstruct.results.interfaces import ROUNDING
 from blockstruct.text import in_g, shown
-from blockstruct.units import QuantityLike, si
+from blockstruct.units import si
 from blockstruct.vocabulary import counted
 
 g = STANDARD_GRAVITY
@@ -26,9 +28,10 @@ _OTHER_HEIGHT = 0.1
 #: Largest plausible |γ ψ| of a mode; 85 for a mass of 85 % is not. Tops of buildings have 1.2 to 1.6. An appendage in
 #: resonance with the building has 1/(2 √μ), which is 10 for a mass μ of 1/400 of the mode.
 _MOST_AMPLIFIED = 10.0
+_NUMBER = {"dimension": "dimensionless"}
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@frozen(field_transformer=named_arguments)
 class Mode:
     """A mode of the building that contains the mechanism, in the direction of the push.
 
@@ -45,28 +48,22 @@ class Mode:
         ξ_k as a ratio; 0.10 to 0.20 for damaged masonry (C8.7.1.2.1.4).
     """
 
-    period: float
-    participation: float
-    shape: float
-    damping: float
+    period: float = field(converter=scalar, metadata={"dimension": "time"})
+    participation: float = field(kw_only=True, converter=number, metadata=_NUMBER)
+    shape: float = field(kw_only=True, converter=number, metadata=_NUMBER)
+    damping: float = field(default=0.05, kw_only=True, converter=number, metadata=_NUMBER)
 
-    def __init__(self, period: QuantityLike, *, participation: float, shape: float, damping: float = 0.05) -> None:
-        T = si(period, "time", "Mode: period")
-        values = {"participation": participation, "shape": shape, "damping": damping}
-        numbers = {name: si(value, "dimensionless", f"Mode: {name}") for name, value in values.items()}
-        if not 0 < T <= 10 or not 0 < numbers["damping"] < 1:
-            msg = f"Mode: period {T:.4g} s, damping {numbers['damping']:.4g}; give up to 10 s, and a ratio such as 0.05"
+    def __attrs_post_init__(self) -> None:
+        if not 0 < self.period <= 10 or not 0 < self.damping < 1:
+            given = f"period {self.period:.4g} s, damping {self.damping:.4g}"
+            msg = f"Mode: {given}; give up to 10 s, and a ratio such as 0.05"
             raise ModelError(msg)
-        object.__setattr__(self, "period", T)
-        amplified = abs(numbers["participation"] * numbers["shape"])
-        if amplified > _MOST_AMPLIFIED:
+        if abs(self.participation * self.shape) > _MOST_AMPLIFIED:
             msg = (
-                f"Mode: participation · shape = {numbers['participation']:.4g} · {numbers['shape']:.4g}; give γ and ψ "
-                f"in one scale, up to {_MOST_AMPLIFIED:g} together: γ is not the share of the mass, nor in per cent"
+                f"Mode: participation · shape = {self.participation:.4g} · {self.shape:.4g}; give γ and ψ in one "
+                f"scale, up to {_MOST_AMPLIFIED:g} together: γ is not the share of the mass, nor in per cent"
             )
             raise ModelError(msg)
-        for name, value in numbers.items():
-            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True, slots=True)

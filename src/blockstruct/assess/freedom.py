@@ -6,9 +6,9 @@ import numpy as np
 
 from blockstruct.arrays import Array
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.tolerances import ACCURACY
 from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import CaseResult, MacroBlock, tie_state
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.vocabulary import TieState
 
 #: Force at a joint, relative to the weight of the lesser body, that counts as zero.

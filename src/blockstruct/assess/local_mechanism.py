@@ -28,14 +28,14 @@ from blockstruct.assess.participation import HorizontalForces, Participation, of
 from blockstruct.assess.rotation import RigidRotation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
-from blockstruct.assess.tolerances import ACCURACY, OTHER_CURVE
+from blockstruct.assess.tolerances import OTHER_CURVE
 from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
-from blockstruct.results.mechanism import TOGETHER
+from blockstruct.results.mechanism import ACCURACY, TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed
 
@@ -110,9 +110,7 @@ def local_mechanism(  # noqa: PLR0913
         _refuse_kind("beside", beside, "bs.assess.overturning(…)")
     if coefficients is not None and not isinstance(coefficients, Coefficients):
         _refuse_kind("coefficients", coefficients, "bs.assess.Coefficients(…), such as Coefficients(q=1.5)")
-    if method not in METHODS:
-        msg = f"local_mechanism: method {method!r}; {did_you_mean(str(method), METHODS)}"
-        raise ModelError(msg)
+    check_known(method, METHODS, "local_mechanism: method")
     forces = HorizontalForces.of(found.model, case)
     if beside is not None:
         _check_same_loads(beside, found, case)

@@ -12,9 +12,10 @@ from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
-from blockstruct.assess.tolerances import ACCURACY, OTHER_CURVE, STANDS
+from blockstruct.assess.tolerances import OTHER_CURVE, STANDS
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_parts, tie_state
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import EFFECT, Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
 

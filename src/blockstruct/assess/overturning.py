@@ -11,11 +11,12 @@ from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line, section
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
-from blockstruct.assess.tolerances import ROUNDING, STANDS
+from blockstruct.assess.tolerances import STANDS
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
+from blockstruct.results.interfaces import ROUNDING
 from blockstruct.text import EFFECT, Note, assessment, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted

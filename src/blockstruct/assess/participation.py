@@ -9,10 +9,10 @@ import xarray as xr
 
 from blockstruct.arrays import Array, Flags, Index
 from blockstruct.assess.lines import Line
-from blockstruct.assess.tolerances import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
+from blockstruct.results.interfaces import ROUNDING
 from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import shown
 

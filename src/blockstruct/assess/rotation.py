@@ -7,10 +7,11 @@ from typing import Self
 import numpy as np
 
 from blockstruct.arrays import Array
-from blockstruct.assess.tolerances import ACCURACY, ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
+from blockstruct.results.interfaces import ROUNDING
+from blockstruct.results.mechanism import ACCURACY
 
 #: Angles, from zero to a right angle, that bracket a wanted one.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
-from blockstruct.errors import shown as as_given
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si
@@ -288,9 +287,7 @@ def ntc_spectrum(
     """
     who = "ntc_spectrum"
     for name, given, table in (("soil", soil, SOILS), ("topography", topography, TOPOGRAPHY)):
-        if not isinstance(given, str) or given not in table:
-            msg = f"{who}: {name} {as_given(given)}; {did_you_mean(str(given), table)}"
-            raise ModelError(msg)
+        check_known(given, table, f"{who}: {name}")
     acceleration, Tc_star = si(ag, "acceleration", f"{who}: ag"), si(Tc, "time", f"{who}: Tc")
     amplification = si(F0, "dimensionless", f"{who}: F0")
     check_ground(who, acceleration)

@@ -6,7 +6,7 @@ import numpy as np
 
 from blockstruct.arrays import Array
 from blockstruct.assess.limit_states import LimitState
-from blockstruct.assess.tolerances import ACCURACY
+from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import Note, assessment
 from blockstruct.vocabulary import Way
 

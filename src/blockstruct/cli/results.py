@@ -23,7 +23,7 @@ from blockstruct.cli.app import (
     say,
     say_table,
 )
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known
 from blockstruct.vocabulary import counted
 
 if TYPE_CHECKING:
@@ -121,9 +121,7 @@ def _states(
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:
     """Return the rows of a table that belong to an interface."""
-    if interface not in known:
-        msg = f"--interface: no {interface!r}; {did_you_mean(interface, known)}"
-        raise bs.errors.UnknownNameError(msg)
+    check_known(interface, known, "--interface: no")
     if "interface_of_contact_point" in frame:
         return frame[frame["interface_of_contact_point"] == interface]
     if "interface" in frame.index.names:

@@ -11,7 +11,7 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import Exit, app, argument, option, say
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known, did_you_mean
 
 #: Required and optional entries of a site, and an example.
 _SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
@@ -171,9 +171,7 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
     """Return the cases to check: one, or all with a push and a load factor."""
     heads = analysis.headlines
     if only is not None:
-        if only not in heads:
-            msg = f"--case {only!r}: {did_you_mean(only, heads)}"
-            raise bs.errors.UnknownNameError(msg)
+        check_known(only, heads, "--case")
         if heads[only].status is not bs.Status.CONVERGED:
             msg = (
                 f"--case {only!r}: {heads[only].status.words}, without a load factor to check; give one that converged"

@@ -3,7 +3,7 @@
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,8 +85,8 @@ def write_document(
         known.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
     (joint, _), *_ = Counter(i.joint_material for i in model.interfaces).most_common()
     detected: dict[frozenset[str], list[Interface]] = {pair: [] for pair in known}
-    limits = _limits(Path(path), tolerance, angle_tolerance, area_tolerance)
-    for interface in detect_interfaces(model.blocks, joint, **limits).interfaces:
+    tolerances = {"tolerance": tolerance, "angle_tolerance": angle_tolerance, "area_tolerance": area_tolerance}
+    for interface in detect_interfaces(model.blocks, joint, **_limits(path, **tolerances)).interfaces:
         pair = frozenset((interface.minus, interface.plus))
         if pair not in known:
             msg = (
@@ -96,7 +96,8 @@ def write_document(
             raise ModelError(msg)
         detected[pair].append(interface)
     explicit = [i for pair, joints in known.items() if not _same(joints, detected[pair]) for i in joints]
-    return _write(Path(path), model.name, model.blocks, joint, explicit, cases, settings, limits, model.ties)
+    more: dict[str, Any] = {"explicit": explicit, "ties": model.ties, "settings": settings}
+    return write_draft(path, model.name, model.blocks, joint, cases, **more, **tolerances)
 
 
 def _same(known: list[Interface], detected: list[Interface]) -> bool:
@@ -109,28 +110,6 @@ def _same(known: list[Interface], detected: list[Interface]) -> bool:
         and np.allclose(one.polygon, other.polygon, rtol=0, atol=_SAME * np.ptp(one.polygon, axis=0).max())
         for one, other in zip(known, detected, strict=True)
     )
-
-
-def write_draft(  # noqa: PLR0913
-    path: str | Path,
-    name: str,
-    blocks: Iterable[Block],
-    joint_material: JointMaterial,
-    cases: Sequence[Case],
-    *,
-    explicit: Iterable[Interface] = (),
-    settings: "Mapping[str, Any] | DataclassInstance | None" = None,
-    tolerance: Any = None,
-    angle_tolerance: Any = None,
-    area_tolerance: Any = None,
-) -> Path:
-    """Write blocks that are not yet a model, for example without supports, to complete by hand.
-
-    The document lists ``explicit`` interfaces and leaves the others to detection. Other parameters are as for
-    :func:`write_document`.
-    """
-    limits = _limits(Path(path), tolerance, angle_tolerance, area_tolerance)
-    return _write(Path(path), name, list(blocks), joint_material, list(explicit), cases, settings, limits)
 
 
 def check_new_document(path: str | Path) -> Path:
@@ -150,27 +129,36 @@ def check_new_document(path: str | Path) -> Path:
     return check_new(path)
 
 
-def _limits(path: Path, gap: Any, angle: Any, area: Any) -> dict[str, Any]:
+def _limits(
+    path: str | Path, tolerance: Any = None, angle_tolerance: Any = None, area_tolerance: Any = None
+) -> dict[str, Any]:
     """Return the tolerances of detection that are not the default, as texts."""
     tolerances = (
-        ("tolerance", gap, "length", "m"),
-        ("angle_tolerance", angle, "angle", "rad"),
-        ("area_tolerance", area, "area", "m^2"),
+        ("tolerance", tolerance, "length", "m"),
+        ("angle_tolerance", angle_tolerance, "angle", "rad"),
+        ("area_tolerance", area_tolerance, "area", "m^2"),
     )
     return {n: f"{si(v, dim, f'{path}: {n}')!r} {unit}" for n, v, dim, unit in tolerances if v is not None}
 
 
-def _write(  # noqa: PLR0913
-    path: Path,
+def write_draft(
+    path: str | Path,
     name: str,
     blocks: Sequence[Block],
     joint_material: JointMaterial,
-    explicit: Sequence[Interface],
     cases: Sequence[Case],
-    settings: "Mapping[str, Any] | DataclassInstance | None",
-    limits: Mapping[str, str],
+    *,
+    explicit: Sequence[Interface] = (),
     ties: Sequence[AnyTie] = (),
+    settings: "Mapping[str, Any] | DataclassInstance | None" = None,
+    **tolerances: Any,
 ) -> Path:
+    """Write blocks that are not yet a model, for example without supports, to complete by hand.
+
+    The document lists ``explicit`` interfaces and leaves the others to detection, with ``tolerance``,
+    ``angle_tolerance`` and ``area_tolerance``. Other parameters are as for :func:`write_document`.
+    """
+    path, limits = Path(path), _limits(path, **tolerances)
     check_new_document(path)
     check_unrepeated((case.name for case in cases), f"{path}: case")
     patterns = {p.name: p for case in cases for p in case.patterns}

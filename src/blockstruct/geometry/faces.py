@@ -64,6 +64,35 @@ class Faces:
         return flat_polygons(self.corners[corner], of_corner, axes, middle, extent)
 
 
+def common_areas(polygons: Sequence[Array], normals: Array, i: Index, j: Index, tolerance: float) -> Array:
+    """Return the common areas (m,) of the polygons i (m,) and the polygons j (m,), in the planes of i.
+
+    An area is zero if the middles are further apart along the normal than the tolerance, or an outline crosses itself.
+
+    Parameters
+    ----------
+    polygons
+        Arrays of corners, shape (k, 3).
+    normals : (n, 3) array
+        Unit normals of the polygons.
+    i, j
+        Indices of polygons.
+    tolerance
+        Distance along the normal.
+    """
+    own = Faces.with_corners(
+        np.arange(len(polygons)), normals, np.concatenate(polygons), np.array([*map(len, polygons)])
+    )
+    near = np.abs(np.einsum("ij,ij->i", own.centre[i] - own.centre[j], normals[i])) <= tolerance
+    areas = np.zeros(len(i))
+    i, j = i[near], j[near]
+    if len(i):
+        axes, extent = np.stack(plane_axes(normals[i]), axis=1), np.maximum(own.extent[i], own.extent[j])
+        outlines = (own.outlines(k, axes, own.centre[i], extent) for k in (i, j))
+        areas[near] = shapely.area(intersections(*outlines))
+    return areas
+
+
 def areas_on_bodies(
     polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, bodies: Sequence[Polyhedron], of: Index
 ) -> tuple[Array, Array]:

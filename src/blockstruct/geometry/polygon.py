@@ -1,7 +1,5 @@
 """Plane polygons in space: axes, area, tributary areas."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -195,38 +193,3 @@ def _simple(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
     enclosed, areas = uncrossed(polygons), shapely.area(polygons)
     enclosed[np.abs(shapely.area(enclosed) - areas) > CROSSING * areas] = shapely.Polygon()
     return enclosed
-
-
-def common_areas(polygons: Sequence[Array], normals: Array, i: Index, j: Index, tolerance: float) -> Array:
-    """Return the common areas (m,) of the polygons i (m,) and the polygons j (m,), in the planes of i.
-
-    An area is zero if the middles are further apart along the normal than the tolerance, or an outline crosses itself.
-
-    Parameters
-    ----------
-    polygons
-        Arrays of corners, shape (k, 3).
-    normals : (n, 3) array
-        Unit normals of the polygons.
-    i, j
-        Indices of polygons.
-    tolerance
-        Distance along the normal.
-    """
-    middles = np.array([p.mean(axis=0) for p in polygons]).reshape(-1, 3)
-    near = np.abs(np.einsum("ij,ij->i", middles[i] - middles[j], normals[i])) <= tolerance
-    areas = np.zeros(len(i))
-    one, other = i[near], j[near]
-    if not len(one):
-        return areas
-    axes = np.stack(plane_axes(normals[one]), axis=1)
-    extents = np.array([np.ptp(p, axis=0).max() for p in polygons])
-    extent = np.maximum(extents[one], extents[other])
-
-    def outlines(index: Index) -> NDArray[np.object_]:
-        corners = [polygons[k] for k in index]
-        of = np.repeat(np.arange(len(index)), [len(c) for c in corners])
-        return flat_polygons(np.concatenate(corners), of, axes, middles[one], extent)
-
-    areas[near] = shapely.area(intersections(outlines(one), outlines(other)))
-    return areas

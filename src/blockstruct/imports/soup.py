@@ -6,7 +6,7 @@ import numpy as np
 
 from blockstruct.arrays import Array, Flags, Index
 from blockstruct.geometry.neighbours import connected
-from blockstruct.geometry.polygon import next_corners
+from blockstruct.geometry.planes import Corners
 from blockstruct.imports.tolerances import LEAST_FACES, WELD
 
 Face = tuple[int, ...]
@@ -14,10 +14,10 @@ Face = tuple[int, ...]
 
 def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
     """Return only the vertices of some faces, in their order, and the faces with new indices."""
-    _, corner, count = _corners(faces)
-    used, number = np.unique(corner, return_inverse=True)
+    corners = Corners.of(faces)
+    used, number = np.unique(corners.corner, return_inverse=True)
     loops = number.ravel().tolist()
-    return vertices[used], [tuple(loops[a:b]) for a, b in pairwise([0, *np.cumsum(count).tolist()])]
+    return vertices[used], [tuple(loops[a:b]) for a, b in pairwise([*corners.start.tolist(), len(loops)])]
 
 
 def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
@@ -31,8 +31,7 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     """
     from scipy.spatial import cKDTree
 
-    _, corner, count = _corners(faces)
-    following = next_corners(np.cumsum(count) - count, count)
+    corner, _, following, start, _ = Corners.of(faces)
     edges = vertices[corner] - vertices[corner[following]]
     distance = WELD * float(np.median(np.linalg.norm(edges, axis=1)))
 
@@ -44,7 +43,7 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     np.minimum.at(first, cluster, corner)
     new = np.argsort(np.argsort(first))[cluster]
     kept = new != new[following]
-    ends = np.cumsum(np.add.reduceat(kept.astype(int), np.cumsum(count) - count))
+    ends = np.cumsum(np.add.reduceat(kept.astype(int), start))
     loops = new[kept].tolist()
     return (
         vertices[np.sort(first)],
@@ -65,7 +64,7 @@ def collapsed(vertices: Array, faces: list[Face], dropped: Flags) -> list[Face]:
     dropped : (m,) array of bool
         Whether each face is dropped.
     """
-    face, corner, _ = _corners(faces)
+    corner, face, *_ = Corners.of(faces)
     same = np.unique(vertices, axis=0, return_inverse=True)[1].ravel()
     label = _parts(face, same[corner])
     total, kept = np.bincount(label), np.bincount(label, ~dropped)
@@ -80,7 +79,7 @@ def gathered(faces: list[Face]) -> list[Face]:
 
     Readers of meshes sort faces by their number of corners. Bodies without common vertices are separate anyway.
     """
-    face, corner, _ = _corners(faces)
+    corner, face, *_ = Corners.of(faces)
     _, first, label = np.unique(_parts(face, corner), return_index=True, return_inverse=True)
     return [faces[i] for i in np.argsort(first[label], kind="stable")]
 
@@ -158,13 +157,6 @@ def _pieces(faces: list[Face], members: list[int]) -> list[list[int]]:
     for index, piece in zip(members, label.tolist(), strict=True):
         pieces.setdefault(piece, []).append(index)
     return list(pieces.values())
-
-
-def _corners(faces: list[Face]) -> tuple[Index, Index, Index]:
-    """Return the face and the vertex of each corner, and the number of corners of each face."""
-    count = np.array([len(f) for f in faces])
-    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=count.sum())
-    return np.repeat(np.arange(len(faces)), count), corner, count
 
 
 def _parts(face: Index, place: Index) -> Index:

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.keywords import did_you_mean, made_again
+from blockstruct.keywords import check_known, did_you_mean, made_again
 from blockstruct.units import parse, si, to_quantity
 
 _Entry = TypeVar("_Entry", bound="Entry")
@@ -111,9 +111,7 @@ class Entry:
         ModelError
             If the choice is of another kind, or outside the range.
         """
-        if symbol not in self.ranges:
-            msg = f"library: {self.name!r} has no {symbol!r}; {did_you_mean(str(symbol), self.ranges)}"
-            raise UnknownNameError(msg)
+        check_known(symbol, self.ranges, f"library: {self.name!r} has no")
         published = self.ranges[symbol]
         low, high = published.si
         if isinstance(choice, str) and choice in _CHOICES:

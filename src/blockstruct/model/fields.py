@@ -14,8 +14,8 @@ from typing import Any, ClassVar, TypeVar
 
 import attrs
 
-from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.errors import ModelError, shown
+from blockstruct.keywords import check_known
 from blockstruct.model.checks import checked_direction, checked_name, checked_text, checked_tuple, is_name
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_vector, to_quantity
 
@@ -61,9 +61,7 @@ class ModelObject:
         '12.0 kN/m³'
         """
         known = dimensions(type(self)) | self.computed
-        if name not in known:
-            msg = f"{label(self)}: no dimensional attribute {shown(name)}; {did_you_mean(str(name), known)}"
-            raise UnknownNameError(msg)
+        check_known(name, known, f"{label(self)}: no dimensional attribute")
         value = getattr(self, name)
         if value is None:
             return None

@@ -12,10 +12,10 @@ from attrs import field, frozen
 
 from blockstruct.arrays import Flags, Index
 from blockstruct.errors import GeometryError
-from blockstruct.geometry.faces import areas_on_bodies
+from blockstruct.geometry.faces import areas_on_bodies, common_areas
 from blockstruct.geometry.neighbours import box_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
-from blockstruct.geometry.polygon import common_areas, perimeter
+from blockstruct.geometry.polygon import perimeter
 from blockstruct.geometry.tolerances import NEGLIGIBLE, PARALLEL
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport

@@ -216,18 +216,9 @@ class JointMaterial(ModelObject):
                 msg = f"{what} {quantity_text(angle, 'angle')}; give an angle from 0° to less than 90°"
                 raise ModelError(msg)
             friction_coefficient = math.tan(angle)
-        self.__attrs_init__(
-            name,
-            friction_coefficient,
-            dilatancy_angle,
-            cohesion,
-            tensile_strength,
-            compressive_strength,
-            normal_stiffness,
-            shear_stiffness,
-            torsion,
-            source,
-        )
+        strengths = cohesion, tensile_strength, compressive_strength
+        stiffnesses = normal_stiffness, shear_stiffness
+        self.__attrs_init__(name, friction_coefficient, dilatancy_angle, *strengths, *stiffnesses, torsion, source)
 
     def __attrs_post_init__(self) -> None:
         who, mu = f"joint material {self.name!r}", self.friction_coefficient

@@ -21,8 +21,8 @@ NO_FORCE = 1e-4
 #: Relative velocity, relative to the largest, below which a joint is at rest. Solver tolerances move joints outside the
 #: mechanism by about a thousandth.
 AT_REST = 0.01
-#: Velocity, relative to the largest of a block, share of a strength, and relative difference of computed numbers, that
-#: count as rounding.
+#: Velocity, relative to the largest of a block, share of a strength, and relative difference of computed numbers,
+#: directions and positions, that count as rounding.
 ROUNDING = 1e-6
 #: Utilisation from which a strength counts as fully used.
 FULLY_USED = 0.999

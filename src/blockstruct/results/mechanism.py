@@ -15,7 +15,8 @@ from blockstruct.results.interfaces import AT_REST
 from blockstruct.statics import carried_weights
 from blockstruct.vocabulary import AXES
 
-#: Accuracy of a certified collapse state: of its motion, relative to the largest, and of a measure computed again.
+#: Accuracy of a certified collapse state: of its motion, relative to the largest, and of a measure computed again. A
+#: smaller share of a force, a motion, a length or a ratio counts as zero.
 ACCURACY = 1e-3
 #: Relative velocity at a joint below which its blocks move together, relative to the largest velocity of any joint.
 TOGETHER = 0.02

@@ -103,11 +103,6 @@ class Spread:
         """Warnings of the run as given."""
         return self.given.warnings
 
-    @property
-    def owed(self) -> tuple[str, ...]:
-        """Sentences on torsion and crushing of the given run."""
-        return self.given.owed
-
     def __repr__(self) -> str:
         return f"<Spread of {counted(len(self.runs), 'schedule')}: {self.headline}>"
 

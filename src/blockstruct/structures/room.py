@@ -5,9 +5,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.errors import ModelError
 from blockstruct.geometry.tolerances import ROUNDING
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import check_known
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.structures.bond import Panel
 from blockstruct.structures.builder import builder, lengths
@@ -97,9 +97,7 @@ def room(
         msg = f"room: walls of {t:.6g} m leave no room in {along:.6g} × {across:.6g} m; give a larger plan"
         raise ModelError(msg)
     for name in openings:
-        if name not in WALLS:
-            msg = f"room: no wall {name!r}; {did_you_mean(name, WALLS)}"
-            raise UnknownNameError(msg)
+        check_known(name, WALLS, "room: no wall")
     x, y = np.eye(3)[:2]
     beyond, corners = (t, [(0.0, t, number), (along - t, along, number)]) if bonded else (0.0, [])
     laid = Pieces(prefix, material, course)

@@ -10,8 +10,8 @@ import xarray as xr
 
 from blockstruct.analysis import AnalysisManager
 from blockstruct.arrays import Array
-from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, shown
+from blockstruct.keywords import check_known
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results import CaseResult, sliding_rates
 from blockstruct.results.interfaces import ROUNDING
@@ -534,9 +534,7 @@ def _of_joints(given: Any, names: Any) -> Any:
     if not isinstance(given, Mapping):
         given = dict.fromkeys(names, given)
     for name in given:
-        if name not in names:
-            msg = f"first_order: no joint material {shown(name)}; {did_you_mean(str(name), sorted(set(names)))}"
-            raise UnknownNameError(msg)
+        check_known(name, sorted(set(names)), "first_order: no joint material")
     deviations = {n: si(v, "dimensionless", f"first_order: standard deviation of {n!r}") for n, v in given.items()}
     for name, value in deviations.items():
         if value < 0:

@@ -19,6 +19,7 @@ from matplotlib.textpath import TextPath
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Flags, Index
+from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import next_corners
 from blockstruct.views.solids import Solids, TieLines, View, block_pairs, round_value
 from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
@@ -171,9 +172,8 @@ def _line_ranks(model: bs.Model, solids: Solids, lines: Lines, rank: Index, fron
     blocks = block_pairs(model)[lines.interface].ravel()
     first = np.searchsorted(solids.block_of_face, blocks)
     counts = np.searchsorted(solids.block_of_face, blocks, side="right") - first
-    line = np.repeat(np.repeat(np.arange(len(lines.ends)), 2), counts)
-    face = np.repeat(first, counts) + np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    line, face = line[front[face]], face[front[face]]
+    of, face, _ = expanded(first, counts)
+    line, face = of[front[face]] // 2, face[front[face]]
     place = np.array([solids.vertices[loop[0]] for loop in solids.loops])
     size = np.array([np.ptp(solids.vertices[loop], axis=0).max() for loop in solids.loops])
     away = lines.ends[line] - place[face][:, None]
