@@ -23,8 +23,9 @@ Loads = Callable[[float], Array]
 #: this share of the way that their force moves the blocks in a step, and a bounce decays by 90 % in each step.
 COMPLIANCE = 0.01
 #: Newton iterations of a step, and the unbalanced wrench of a solution relative to the weight of each block.
-ITERATIONS, SOLVED = 30, 1e-7
-#: Iterations after which changes are halved, because contacts change their state to and fro.
+ITERATIONS, SOLVED = 100, 1e-7
+#: Iterations after which changes are halved, because contacts change their state to and fro, and so is the effect of
+#: normal forces on the limits of friction.
 PATIENCE, LEAST = 8, 0.1
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
 DENSE = 60
@@ -346,6 +347,8 @@ def _newton(M: Array, relative: Any, push: Array, law: _Law, V: Array, scale: Ar
         missed = push + relative.T @ x.ravel() - blocks @ V
         if worst <= SOLVED and np.abs(missed / scale).max() <= SOLVED:
             return V, x, iterations
+        if iterations >= PATIENCE:
+            slope[:, 1:, 0] /= 2
         change, E = law.linear(x, kept, slope)
         S = blocks + _weighted(relative, E)
         delta = _solved(S, missed + relative.T @ change.ravel())
