@@ -1,7 +1,7 @@
 """A façade between two sidewalls that it only touches, under a ground motion across it: it stands, or falls at a time.
 
-The record is a synthetic one: three seconds of a sine of 1 Hz that swells and fades. Its peak of 0.2 g is above the load
-factor of a static push, 0.156, and yet the façade moves by 10 mm only. Three times the record brings it down.
+The record is a synthetic one: three seconds of a sine of 1 Hz that swells and fades. Its peak of 0.2 g is above the
+load factor of a static push, 0.156, and yet the façade moves by 10 mm only. Three times the record brings it down.
 """
 
 import numpy as np
