@@ -135,7 +135,7 @@ class _Path:
 
     #: Work of the variable load while the structure takes the dead load; None if this load is zero until then.
     held: float | None = None
-    #: Attempts at a step: share of its length, and acceleration relative to gravity, which is about the share of inertia
+    #: Attempts at a step: share of its length, and acceleration relative to gravity. It is about the share of inertia
     #: in the load factor.
     attempts: tuple[tuple[float, float], ...] = ((1.0, 1e-7), (1.0, 1e-3), (0.25, 1e-2), (1 / 16, 1e-1))
 
