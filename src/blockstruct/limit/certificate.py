@@ -3,15 +3,13 @@
 from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.limit import crushing
 from blockstruct.limit.division import sliding as rates_of_sliding
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.notebook import html_table
-
-Array = NDArray[np.float64]
 
 #: Name of each of the four measures, and the words around its value.
 _JUDGED = {
@@ -130,7 +128,7 @@ class Certificate:
         return [(name, sentence.format(value), limit) for name, sentence, value, limit in rows]
 
 
-def are_admissible(residual: Array | float, excess: Array | float, settings: ProcedureSettings) -> NDArray[np.bool_]:
+def are_admissible(residual: Array | float, excess: Array | float, settings: ProcedureSettings) -> Flags:
     """Return whether forces satisfy equilibrium and the true conditions.
 
     The arguments are the equilibrium residuals and the yield excesses of states.

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.limit.crushing import EDGES, TANGENTS
 from blockstruct.limit.problem import LimitProblem
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

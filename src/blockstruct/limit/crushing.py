@@ -15,11 +15,9 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.problem import LimitProblem
-
-Array = NDArray[np.float64]
 
 #: Corners of each of the four edges, in order.
 EDGES = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])

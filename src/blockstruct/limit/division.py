@@ -23,15 +23,11 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.limit import crushing
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.torsion import UniformTorsion
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.int64]
 
 #: Largest number of ellipsoids; each has at most e^(−1/8) times the volume of the previous ellipsoid.
 STEPS = 500

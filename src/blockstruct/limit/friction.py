@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.problem import LimitProblem
-
-Array = NDArray[np.float64]
 
 #: Cohesion, in units of contact force, that keeps the program of frozen friction feasible.
 CAP = 1e-9

@@ -6,14 +6,12 @@ from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.certificate import Certificate
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.vocabulary import PathEnd, Procedure, Reason, SolverStatus, Stage, Status
-
-Array = NDArray[np.float64]
 
 #: Load ratio of two touching blocks above which programs resolve the lighter one poorly. Measured on stacks with the
 #: heavier block on top: a ratio of 1e4 is certified, 1e5 is not.

@@ -10,17 +10,14 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.rigid import without_rounding
 from blockstruct.limit.ties import Ties
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Relative difference up to which the problem and its mirror image are equal. Above rounding of coordinates.
 SAME = 1e-9

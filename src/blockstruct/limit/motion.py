@@ -1,12 +1,10 @@
 """Convert velocities of a problem to motions of blocks, and back."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.statics import Statics
-
-Array = NDArray[np.float64]
 
 
 def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:

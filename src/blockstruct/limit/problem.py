@@ -5,8 +5,8 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.errors import ModelError
 from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
@@ -14,8 +14,6 @@ from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, RecordCase, SettlementCase
 from blockstruct.statics import ContactPoints, Statics, magnitude, wrenches
 from blockstruct.vocabulary import Flow
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +79,7 @@ class LimitProblem:
     tension: Array
     compression: Array
     compliance: Array
-    rectangles: NDArray[np.int64]
+    rectangles: Index
     capacity: Array
     length: float
     wrench_unit: Array
@@ -91,7 +89,7 @@ class LimitProblem:
     torsion: UniformTorsion
     settlement: Settlement | None = None
     load_unit: float = 1.0
-    free_shear: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    free_shear: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     statics: Statics | None = None
 
     @classmethod
@@ -225,18 +223,18 @@ class LimitProblem:
         return replace(self, A=self.A[:-1], w_D=self.w_D[:-1], w_L=self.w_L[:-1], ties=ties, settlement=None)
 
     @property
-    def idle(self) -> NDArray[np.bool_]:
+    def idle(self) -> Flags:
         """Whether each row is empty, without load: velocities do not depend on it, and count as zero.
 
         So are the rows of held motions.
         """
-        rows: NDArray[np.bool_] = (self.w_D == 0) & (self.w_L == 0)
+        rows: Flags = (self.w_D == 0) & (self.w_L == 0)
         for columns in (self.A, self.ties.columns):
             rows[columns.indices] = False
         return rows
 
     @property
-    def groups(self) -> NDArray[np.int64]:
+    def groups(self) -> Index:
         """Group number of each free block, (F,).
 
         Blocks of different groups have no common joint or tie. Groups share only supports.
@@ -257,11 +255,11 @@ class LimitProblem:
         shape = (self.n_blocks, K + len(self.ties))
         return sp.csr_array((np.ones(len(row)), (row // 6, of)), shape=shape)
 
-    def points_of(self, blocks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def points_of(self, blocks: Flags) -> Flags:
         """Return whether each contact point (K,) acts on chosen blocks (F,)."""
         return np.asarray(self._touches[blocks].sum(axis=0))[: self.n_points] > 0
 
-    def part(self, blocks: NDArray[np.bool_]) -> Self:
+    def part(self, blocks: Flags) -> Self:
         """Return the problem of chosen free blocks (F,).
 
         The chosen blocks must form whole groups, and the supports must be fixed.
@@ -311,12 +309,12 @@ class LimitProblem:
         return len(self.wrench_unit)
 
     @property
-    def never_slides(self) -> NDArray[np.bool_]:
+    def never_slides(self) -> Flags:
         """Whether the joint at each contact point never slides, (K,)."""
         return np.isinf(self.cohesion)
 
     @property
-    def crushes(self) -> NDArray[np.bool_]:
+    def crushes(self) -> Flags:
         """Whether the joint at each contact point crushes, (K,)."""
         mask = np.isfinite(self.compression)
         mask[self.rectangles] = True
@@ -416,7 +414,7 @@ def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]
     return compliance / unit, unit if given.any() else np.nan
 
 
-def _free_shear(points: ContactPoints) -> NDArray[np.int64]:
+def _free_shear(points: ContactPoints) -> Index:
     """Return the columns of unlimited shear forces.
 
     Each joint that never slides has three: both shear forces at its first point, and one at the farthest point. The

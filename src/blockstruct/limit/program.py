@@ -5,17 +5,14 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.limit import conditions
 from blockstruct.limit.crushing import TANGENTS, Linearisation
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem, total
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

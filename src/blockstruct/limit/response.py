@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.model import Model
 from blockstruct.statics import Placement
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 #: A block has fallen once its centroid is lower by this share of the edge of a cube of its volume, or once it has
 #: turned by this angle, degrees.
 LOWER, TURNED = 0.5, 45.0
@@ -96,7 +94,7 @@ class Fall:
         edge = np.cbrt([b.volume for b in model.blocks])
         return cls(np.where([b.fixed for b in model.blocks], -np.inf, centre - LOWER * edge))
 
-    def at(self, placement: Placement) -> NDArray[np.bool_]:
+    def at(self, placement: Placement) -> Flags:
         """Return whether each block (B,) has fallen at a placement; supports never have."""
         cosine = (np.trace(placement.rotation, axis1=1, axis2=2) - 1) / 2
         turned = (cosine < np.cos(np.radians(TURNED))) & np.isfinite(self.height)

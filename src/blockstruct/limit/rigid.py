@@ -5,12 +5,9 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.limit.problem import LimitProblem
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _Matrix = TypeVar("_Matrix", sp.csr_array, sp.csc_array)
 
@@ -18,7 +15,7 @@ _Matrix = TypeVar("_Matrix", sp.csr_array, sp.csc_array)
 _ROUNDING = 1e-10
 
 
-def joined(problem: LimitProblem, centroid: Array, body: Index) -> tuple[LimitProblem, sp.csr_array, NDArray[np.bool_]]:
+def joined(problem: LimitProblem, centroid: Array, body: Index) -> tuple[LimitProblem, sp.csr_array, Flags]:
     """Return the limit problem of rigid bodies.
 
     Parameters

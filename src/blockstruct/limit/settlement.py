@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.model import Model, SettlementCase
 from blockstruct.statics import Statics, equilibrium_matrix, wrenches
 from blockstruct.vocabulary import listed
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +39,7 @@ class Settlement:
         Whether the reaction is a moment.
     """
 
-    supports: NDArray[np.int64]
+    supports: Index
     motion: Array
     row: Array
     tie_row: Array

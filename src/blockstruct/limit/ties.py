@@ -5,11 +5,9 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.statics import TieTable
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,7 @@ class Ties:
         empty = np.zeros(0)
         return cls(sp.csc_array((n_rows, 0)), empty, empty, empty, sp.csr_array((0, 0)), empty, empty)
 
-    def part(self, rows: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> Self:
+    def part(self, rows: Flags, chosen: Flags) -> Self:
         """Return the chosen stretches (M,) and equilibrium rows (6 F,).
 
         The chosen stretches must form whole ties.

@@ -17,12 +17,9 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.statics import ContactPoints
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Number of steps that divide velocities; rate that counts as zero, relative to the largest rate of the interface.
 STEPS, NONE = 60, 1e-9
@@ -62,7 +59,7 @@ class UniformTorsion:
     def __len__(self) -> int:
         return len(self.interface)
 
-    def part(self, chosen: NDArray[np.bool_]) -> Self:
+    def part(self, chosen: Flags) -> Self:
         """Return the chosen interfaces (I,)."""
         mine = chosen[self.owner]
         owner = (np.cumsum(chosen) - 1)[self.owner[mine]]

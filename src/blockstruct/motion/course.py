@@ -6,15 +6,12 @@ from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05

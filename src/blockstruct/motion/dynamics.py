@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
 from blockstruct.solvers.step import limited
 from blockstruct.statics import MovingStructure, Placement
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
 Loads = Callable[[float], Array]
 

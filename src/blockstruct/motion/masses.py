@@ -5,13 +5,11 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, Block, LoadPattern, Model
 from blockstruct.statics import carried_weights
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

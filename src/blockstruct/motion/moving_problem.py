@@ -6,8 +6,8 @@ from typing import Self
 import attrs
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.limit import LimitProblem, Settlement, Ties, block_motion, unit_of_velocity, velocities_of
 from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
@@ -23,9 +23,6 @@ from blockstruct.statics import (
     rotated,
 )
 from blockstruct.vocabulary import Torsion, listed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +59,7 @@ class MovedProblem:
     longest: Array
     tight: Array
     elongation: Array
-    holds: NDArray[np.bool_]
+    holds: Flags
     statics: Statics
 
     @property
@@ -232,7 +229,7 @@ class MovingProblem:
         """Return the lengths (N,) of the ties of the model, m."""
         return self.structure.ties(placement).span
 
-    def broken(self, longest: Array) -> NDArray[np.bool_]:
+    def broken(self, longest: Array) -> Flags:
         """Return whether ties (N,) are broken after their largest lengths, m."""
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)

@@ -3,10 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from blockstruct.arrays import Array, Index
+
 #: Two blocks of each contact point.
 Ends = tuple[Index, Index]
 

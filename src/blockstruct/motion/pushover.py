@@ -12,8 +12,8 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.limit import Iteration, Placement, ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
 from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
@@ -21,9 +21,6 @@ from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingPr
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
 from blockstruct.vocabulary import CurveEnd, Procedure
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.

@@ -4,8 +4,8 @@ from collections.abc import Generator
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.limit import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
@@ -13,8 +13,6 @@ from blockstruct.motion.dynamics import ContactForces, Contacts, Dynamics, Motio
 from blockstruct.motion.masses import Masses
 from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
 from blockstruct.vocabulary import Reason, Torsion, listed
-
-Array = NDArray[np.float64]
 
 #: Steps in the time √(r / g) of the smallest block, with r its radius of gyration.
 RESOLUTION = 48

@@ -6,13 +6,10 @@ from dataclasses import asdict, dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.model import Case, SettlementCase
 from blockstruct.vocabulary import CurveEnd
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.solvers.interior_point.cones import ConeVector
-
-Array = NDArray[np.float64]
 
 #: Normal force below which a contact point is unloaded and gets no correction.
 NO_FORCE = 1e-7

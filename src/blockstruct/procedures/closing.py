@@ -5,8 +5,8 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import CAP, Sliding, frozen_sliding, true_sliding
 from blockstruct.limit.iteration import Iteration
@@ -18,8 +18,6 @@ from blockstruct.procedures.path import Path
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers.interior_point import Step
 from blockstruct.vocabulary import SolverStatus, Stage
-
-Array = NDArray[np.float64]
 
 #: Largest flow-rule gap of the closed state, relative to the load factor.
 CLOSED = 1e-4

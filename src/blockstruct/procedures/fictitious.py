@@ -1,7 +1,6 @@
 """Iterate without dilatancy through fictitious sliding conditions."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import STEEPEST, fictitious_sliding, limited_sliding, relax, shift_of, true_sliding
@@ -10,8 +9,6 @@ from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Procedure, Stage
-
-Array = NDArray[np.float64]
 
 #: Number of last load factors whose range is the reported drift.
 RECENT = 3

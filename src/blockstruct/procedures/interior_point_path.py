@@ -7,8 +7,8 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
@@ -16,8 +16,6 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.path import ENOUGH, Path
 from blockstruct.solvers.interior_point import ContactProblem, ContactState
 from blockstruct.vocabulary import PathEnd
-
-Array = NDArray[np.float64]
 
 #: Relative tolerances of displacements and gap; a tenth applies to forces. They are for the state under dead load, and
 #: for a step. An interior point leaves forces on unloaded contacts, and these hold structures together. Measured on two

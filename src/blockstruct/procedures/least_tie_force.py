@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags
 from blockstruct.limit.certificate import Certificate, certify
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import is_solved
@@ -12,8 +12,6 @@ from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus
-
-Array = NDArray[np.float64]
 
 #: Tolerance by which an elongation may exceed its price, relative to the largest price.
 _PRICED = 1e-4
@@ -46,7 +44,7 @@ class LeastTies:
 
 
 def least_ties(
-    problem: LimitProblem, sought: NDArray[np.bool_], alpha: float, settings: ProcedureSettings, solver: Solver
+    problem: LimitProblem, sought: Flags, alpha: float, settings: ProcedureSettings, solver: Solver
 ) -> LeastTies:
     """Minimise the sum of tie strengths that carry a load factor.
 
@@ -79,7 +77,7 @@ def least_ties(
 
 
 def _least_at(
-    problem: LimitProblem, sought: NDArray[np.bool_], alpha: float, settings: ProcedureSettings, solver: Solver
+    problem: LimitProblem, sought: Flags, alpha: float, settings: ProcedureSettings, solver: Solver
 ) -> LeastTies:
     """Minimise the sum of tie strengths at a load factor.
 
@@ -106,7 +104,7 @@ def _least_at(
 
 def _carries(
     problem: LimitProblem,
-    sought: NDArray[np.bool_],
+    sought: Flags,
     tie_force: Array,
     alpha: float,
     settings: ProcedureSettings,
@@ -127,7 +125,7 @@ def _loaded(problem: LimitProblem, capacity: Array, alpha: float) -> LimitProble
     return replace(problem, dilatancy=problem.friction, w_D=problem.w_D + alpha * problem.w_L, ties=ties)
 
 
-def _strength(problem: LimitProblem, sought: NDArray[np.bool_], tie_force: Array, alpha: float) -> Array:
+def _strength(problem: LimitProblem, sought: Flags, tie_force: Array, alpha: float) -> Array:
     """Return tie strengths beyond the prestress, (M,).
 
     The sought ties get ``tie_force`` as strength; the others keep their own.

@@ -7,8 +7,8 @@ from collections.abc import Generator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.iteration import Found, Iteration
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -18,8 +18,6 @@ from blockstruct.procedures.interior_point_path import InteriorPointPath
 from blockstruct.procedures.path import SETTLED, Path
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import PathEnd, Procedure
-
-Array = NDArray[np.float64]
 
 #: Most attempts at a closed state.
 ATTEMPTS = 8

@@ -6,8 +6,8 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration
@@ -15,8 +15,6 @@ from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
 from blockstruct.vocabulary import PathEnd, SolverStatus, Stage
-
-Array = NDArray[np.float64]
 
 #: The load factor has settled within this relative range while the displacement grows tenfold. Measured on 90
 #: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.

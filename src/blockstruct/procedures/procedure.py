@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
 from blockstruct.limit.iteration import Found, Iteration, Outcome, Steps, given_up
@@ -30,7 +30,6 @@ from blockstruct.vocabulary import Flow, PathEnd, Procedure, Reason, Stage, Stat
 if TYPE_CHECKING:
     from blockstruct.procedures.path import Path
 
-Array = NDArray[np.float64]
 
 #: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
 ALIKE = 5e-3

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import frozen_sliding, shift_of, true_sliding
 from blockstruct.limit.iteration import Iteration, is_solved
@@ -21,8 +21,6 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Stage
-
-Array = NDArray[np.float64]
 
 #: A load factor grows without limit after this number of increments. Each is larger than the last one and than this
 #: share of the load factor. The load factor exceeds this multiple of the first. Measured: increments also grow for a

@@ -1,8 +1,8 @@
 """Solve one program and measure its solution."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import Sliding
@@ -11,8 +11,6 @@ from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus, Stage
-
-Array = NDArray[np.float64]
 
 
 def solve_step(

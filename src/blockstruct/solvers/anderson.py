@@ -4,9 +4,8 @@ from itertools import count
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from blockstruct.arrays import Array
 
 #: Iterations between two accelerations; changes in the memory.
 LOOK, MEMORY = 5, 20

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
 from blockstruct.solvers.interior_point.cones import ConeVector
 from blockstruct.solvers.interior_point.schur import OPTIONS
-
-Array = NDArray[np.float64]
 
 #: Smaller forces count as this share of the mean normal force in a penalty.
 LEAST_FORCE = 0.05

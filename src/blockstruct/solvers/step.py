@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit import LimitProblem
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
-
-Array = NDArray[np.float64]
 
 #: Residual of equilibrium of a solution by Newton's method, in dead wrenches.
 SOLVED = 1e-9

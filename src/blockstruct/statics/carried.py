@@ -7,16 +7,13 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.plan import PlanFaces, products
 from blockstruct.model import AreaLoad, Block, FillLoad, LineLoad, LoadPattern, Model, Weight
 from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Share of a line or rectangle that may lie over no block, such as over joints; the other blocks carry this share.
 _LACKING = 0.01

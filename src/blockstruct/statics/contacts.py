@@ -4,16 +4,13 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.polygon import mean_distances, plane_axes, tributary_areas
 from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Model
 from blockstruct.vocabulary import Torsion
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class Division(NamedTuple):

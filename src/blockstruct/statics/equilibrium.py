@@ -2,17 +2,15 @@
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.statics.contacts import ContactPoints
-
-Array = NDArray[np.float64]
 
 
 def equilibrium_matrix(
     points: ContactPoints,
     centroids: Array,
-    free: NDArray[np.int64],
+    free: Index,
     length: float,
     rotation: Array | None = None,
     least: float = 1e-12,

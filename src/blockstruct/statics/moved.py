@@ -5,8 +5,8 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
 from blockstruct.geometry.touching import MovingBodies, Touching
@@ -16,9 +16,6 @@ from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import applied_loads, summed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Magnitude up to which entries of the equilibrium matrix of moved blocks are dropped; motions are no more accurate.
 NO_ENTRY = 1e-8

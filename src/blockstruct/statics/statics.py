@@ -5,15 +5,13 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Flags, Index
 from blockstruct.model import Model
 from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.ties import TieTable
 from blockstruct.vocabulary import MOTIONS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +41,8 @@ class Statics:
     A: sp.csc_array
     ties: TieTable
     tie_columns: sp.csc_array
-    free: NDArray[np.int64]
-    held: NDArray[np.bool_]
+    free: Index
+    held: Flags
     length: float
 
     @classmethod

@@ -6,12 +6,9 @@ from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.model import Model, tie_segments
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +75,7 @@ class TieTable:
     def __len__(self) -> int:
         return len(self.name)
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Self:
+    def __getitem__(self, chosen: Flags) -> Self:
         """Return the table of the chosen stretches (M,)."""
         own: dict[str, Any] = {
             f.name: tuple(compress(value, chosen)) if isinstance(value, tuple) else value[chosen]

@@ -14,12 +14,10 @@ narrow joint the ellipsoid is too small, by up to 4.5 %.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.model import Interface
-
-Array = NDArray[np.float64]
 
 #: Number of Newton steps, finite difference for derivatives, longest step, and fractions of a step that are tried.
 _STEPS, _APART, _LONGEST, _SHARES = 8, 1e-3, 0.3, (1.0, 0.3, 0.1)

@@ -3,15 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.errors import ModelError
 from blockstruct.geometry.plan import clipped, fan, products
 from blockstruct.model import BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight, WeightLoad
 from blockstruct.statics.carried import Placing, carried_weights
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

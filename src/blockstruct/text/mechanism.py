@@ -3,12 +3,10 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.text.numbers import LISTED
 from blockstruct.vocabulary import AXES, SolverStatus, coordinate, counted
-
-Array = NDArray[np.float64]
 
 #: Share of the whole weight, or of the largest value, below which a body, joint or force is not shown by itself.
 SMALL = 0.02

@@ -10,11 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Index
 from blockstruct.limit import ConicProgram, Sliding, true_sliding
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

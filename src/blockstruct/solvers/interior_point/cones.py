@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from blockstruct.arrays import Array
 
 #: Smallest divisor, for a determinant that rounding has made zero.
 TINY = 1e-280

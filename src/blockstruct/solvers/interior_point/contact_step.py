@@ -9,16 +9,14 @@ from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.limit import ConicProgram, Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions
 from blockstruct.solvers.interior_point.cones import centred
 from blockstruct.solvers.interior_point.newton import Newton
 from blockstruct.solvers.interior_point.schur import OPTIONS, SchurComplement
 from blockstruct.solvers.interior_point.state import ContactSolution, ContactState, Residuals, Step
-
-Array = NDArray[np.float64]
 
 #: Share of the way to the boundary at a turn of the central path; largest growth of the gap on the way back.
 TURNING_STEP, LARGEST_TURN = 0.5, 1.5

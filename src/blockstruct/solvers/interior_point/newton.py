@@ -6,8 +6,8 @@ One factorisation gives predictor, corrector and centrality correctors.
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array
 from blockstruct.solvers.interior_point.conditions import Weights
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling
 from blockstruct.solvers.interior_point.schur import Factor
@@ -16,7 +16,6 @@ from blockstruct.solvers.interior_point.state import ContactState, Residuals, St
 if TYPE_CHECKING:
     from blockstruct.solvers.interior_point.contact_step import ContactProblem
 
-Array = NDArray[np.float64]
 
 #: Share of the way to the boundary that a step takes.
 FRACTION = 0.99

@@ -5,12 +5,9 @@ There are six unknowns per free block.
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from blockstruct.arrays import Array, Flags, Index
 from blockstruct.solvers.interior_point.conditions import Conditions, Weights
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: Relative addition to the diagonal, which keeps pivots of unsupported blocks away from zero.
 REGULARISATION = 1e-13
@@ -32,7 +29,7 @@ class SchurComplement:
         Rows whose unknowns are zero.
     """
 
-    def __init__(self, A: sp.csc_array, conditions: Conditions, idle: NDArray[np.bool_]) -> None:
+    def __init__(self, A: sp.csc_array, conditions: Conditions, idle: Flags) -> None:
         # The single row of a settlement counts as a separate block.
         n_blocks = -(-A.shape[0] // 6)
         self._stacks, blocks = _stacks(sp.csc_array(A), conditions, n_blocks)

@@ -2,12 +2,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from blockstruct.arrays import Array
 from blockstruct.solvers.interior_point.cones import ConeVector
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
