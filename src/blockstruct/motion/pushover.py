@@ -35,6 +35,8 @@ FASTEST = 3.0
 OFF = 1.5
 #: Longest reach, for blocks that move further, in mean block sizes.
 WIDEST = 0.25
+#: Largest height of free fall in a step, in mean block sizes. Inertia is small then.
+HIGHEST = 1e3
 #: Gap that counts as closed, in mean block sizes.
 CLOSED = 1e-4
 #: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
@@ -292,19 +294,20 @@ class _Path:
     def _solved(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
 
-        Blocks fall until they rest. Blocks also fall if no step is found.
+        Blocks fall until they rest. Blocks also fall if no step is found. A fall from a state that is hardly unstable
+        begins slowly: its height grows until blocks fall.
         """
-        if memory.falls:
-            found = self._fallen_from(placement, twist, memory, self._height(memory))
-            if found is None or self._is_falling(found):
+        height = self._height(memory)
+        found = self._fallen_from(placement, twist, memory, height) if memory.falls else None
+        if found is not None and self._is_falling(found):
+            return found
+        pushed = self._pushed(placement, twist, way, memory)
+        while pushed is None and height < HIGHEST * self._length:
+            found = self._fallen_from(placement, twist, memory, height)
+            if found is not None and self._is_falling(found):
                 return found
-            # A fall from a state that is hardly unstable begins slowly.
-            return self._pushed(placement, twist, way, memory) or found
-        found = self._pushed(placement, twist, way, memory)
-        if found is None:
-            found = self._fallen_from(placement, twist, memory, WIDEST * self._length / 4)
-            return found if found is not None and self._is_falling(found) else None
-        return found
+            height *= GROWTH**2
+        return pushed
 
     def _is_falling(self, found: MotionState) -> bool:
         """Return whether blocks move further in a fall than the control point moves them."""
@@ -476,9 +479,9 @@ class _Path:
 
         It grows where blocks move less than a quarter of the reach of contact detection.
         """
-        least = WIDEST * self._length / 4
+        least, grown = WIDEST * self._length / 4, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2
         fallen = float(np.linalg.norm(last.velocity, axis=1).max()) * last.motion_time
-        return max(least, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2) if fallen < least / 4 else least
+        return grown if last.falls and fallen < least / 4 and grown < HIGHEST * self._length else least
 
     def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
         """Return the share of the step of a state at which the load factor is nearly zero; one if it stays above."""
