@@ -321,9 +321,9 @@ class _Path:
         wanted, reach, wide = self._time(placement, twist, way), self._reach(way), WIDEST * self._length
         far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
         least, moved, paced = SHORTEST * wanted, self._course.at(placement, reach), False
-        before = forces_at(moved, memory)
+        before, motion = forces_at(moved, memory), twist
         while True:
-            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far)
+            solved, time, inertia_time = self._attempted(moved, before, motion, wanted, far)
             if solved is None:
                 return None
             motion = moved.twist(solved.u / time)
@@ -422,7 +422,7 @@ class _Path:
         going = moved.velocities(twist * time)
         rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
         share = (1 - ACROSS) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
-        return share if share < 1 else SHORTER
+        return share if share < 1 - ACROSS else SHORTER
 
     def _step(
         self, moved: MovedProblem, before: Array, motion: Array, time: float | None, height: float
