@@ -85,8 +85,8 @@ def test_the_fall_of_an_arch_depends_little_on_steps(steps):
     stone = bs.Material("limestone", "25 kN/m^3")
     blocks = bs.arch(span=Q_(3.4, "m"), thickness=Q_(0.6, "m"), depth=Q_(1, "m"), voussoirs=13, material=stone)
     result = settle(model_of(blocks, bs.JointMaterial("dry", 0.6)), "-z", "2.5 m", steps=steps)
-    # Twice the steps halve the distance from the limit: 1.8773, 1.8764 and 1.8751 m with 80, 120 and 240.
-    assert float(result.capacity["d0"]) == pytest.approx(1.8746, abs=0.25 / steps)
+    # 1.892, 1.880, 1.877, 1.876 and 1.874 m with 20, 40, 80, 120 and 240 steps.
+    assert float(result.capacity["d0"]) == pytest.approx(1.875, abs=2.5e-3)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")

@@ -12,6 +12,7 @@ wrench of a block is its dead wrench. The unit of a contact force is the dead wr
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
@@ -32,6 +33,7 @@ from blockstruct.statics import ContactPoints, Placement
 __all__ = [
     # the limit problem and its settings
     "LimitProblem",
+    "Mirror",
     "Settlement",
     "reaction_unit",
     "Ties",

@@ -186,7 +186,7 @@ class _Path:
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(
-            moved, unloaded, np.zeros_like(mechanism), self.held, self._length / self.attempts[0][1]
+            moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / self.attempts[0][1]
         )
         if solved is None:
             return None
@@ -320,30 +320,30 @@ class _Path:
         """
         wanted, reach, wide = self._time(placement, twist, way), self._reach(way), WIDEST * self._length
         far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
-        least, moved, paced = SHORTEST * wanted, self._course.at(placement, reach), False
-        before, motion = forces_at(moved, memory), twist
+        least, moved = SHORTEST * wanted, self._course.at(placement, reach)
+        before, guess, paced = forces_at(moved, memory), twist, False
         while True:
-            solved, time, inertia_time = self._attempted(moved, before, motion, wanted, far)
+            solved, time, inertia_time = self._attempted(moved, before, (twist, guess), wanted, far)
             if solved is None:
                 return None
             motion = moved.twist(solved.u / time)
             jams = abs(solved.load_factor) > JAMS * self.scale
-            if self._closing(motion) * time > reach:
+            closing = self._closing(motion) * time
+            if closing > reach:
                 gone = self._speed(placement, motion) * time
                 if jams and time > least:
                     wanted = max(SHORTER * time, least)
-                elif not paced and gone > OFF * way:
-                    # Other blocks than before move, and go further for the same work.
-                    wanted, paced = time * way / gone, True
-                elif reach < wide:
+                elif reach < wide and (paced or gone <= OFF * way):
                     reach, moved, wanted = wide, self._course.at(placement, wide), time
                     before = forces_at(moved, memory)
-                elif not paced:
-                    wanted, paced = reach / self._closing(motion), True
-                else:
+                elif time <= least:
                     return None
+                else:
+                    # Other blocks than before may move, and go further for the same work.
+                    share = SHORTER if paced else min(way / gone, reach / (OFF * closing))
+                    wanted, paced = max(share * time, least), True
                 continue
-            found = self._completed(moved, solved, time, inertia_time, falls=time <= least)
+            found = self._completed(moved, solved, inertia_time, falls=time <= least)
             broken = self._until_broken(found)
             share = min(
                 self._shortened(moved, solved, before, twist, time, way), broken, self._until_zero(moved, found)
@@ -353,7 +353,7 @@ class _Path:
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 least, far = 0.0, share * far
-            wanted = max(min(share, SHORTER if jams else 1.0) * time, least)
+            wanted, guess = max(min(share, SHORTER if jams else 1.0) * time, least), motion
 
     def _fallen_from(
         self, placement: Placement, twist: Array, memory: MotionState, height: float
@@ -368,28 +368,29 @@ class _Path:
         wanted = self._time(placement, twist, SHORTEST * reach)
         falling = twist / max(float(np.linalg.norm(twist[:, :3], axis=1).max()), 1e-300)
         while height > CLOSED * self._length:
-            solved, inertia_time = self._step(moved, before, height * falling, wanted, height)
+            solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 jams = abs(solved.load_factor) > JAMS * self.scale
-                return None if jams else self._completed(moved, solved, wanted, inertia_time, falls=True)
+                return None if jams else self._completed(moved, solved, inertia_time, falls=True)
             height = min(height, reach) / 4
         return None
 
     def _attempted(
-        self, moved: MovedProblem, before: Array, twist: Array, wanted: float, far: float
+        self, moved: MovedProblem, before: Array, twists: tuple[Array, ...], wanted: float, far: float
     ) -> tuple[StepSolution | None, float, float]:
         """Return the first solution of the attempts at a step, its time and its time of inertia."""
         for share, inertia in self.attempts:
             time = share * wanted
-            solved, inertia_time = self._step(moved, before, time * twist, time, far / inertia)
+            motions = [time * twist for twist in twists]
+            solved, inertia_time = self._step(moved, before, motions, time, far / inertia)
             if solved is not None:
                 return solved, time, inertia_time
         return None, np.nan, np.nan
 
-    def _completed(
-        self, moved: MovedProblem, solved: StepSolution, time: float, inertia_time: float, *, falls: bool
-    ) -> MotionState:
+    def _completed(self, moved: MovedProblem, solved: StepSolution, inertia_time: float, *, falls: bool) -> MotionState:
         """Return the complete state of a solution."""
+        # Only inertia resists a mechanism: rounding shifts the work that was prescribed.
+        time = float(moved.problem.w_L @ solved.u)
         motion = moved.twist(solved.u / time)
         state = self._state(moved, solved, motion, time, inertia_time, falls=falls)
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
@@ -425,7 +426,7 @@ class _Path:
         return share if share < 1 - ACROSS else SHORTER
 
     def _step(
-        self, moved: MovedProblem, before: Array, motion: Array, time: float | None, height: float
+        self, moved: MovedProblem, before: Array, motions: Sequence[Array], time: float | None, height: float
     ) -> tuple[StepSolution | None, float]:
         """Return the solution of a step and its time of inertia.
 
@@ -442,8 +443,9 @@ class _Path:
             compliance=self._problem.compliance,
             displacement=time,
             load_factor=0.0 if last is None else last.load_factor,
+            mirror=moved.mirror,
         )
-        solved = solve_step(step, moved.velocities(motion))
+        solved = solve_step(step, *(moved.velocities(motion) for motion in motions))
         self._spent += 0 if solved is None else solved.iterations
         return solved, float(np.sqrt(squared))
 
