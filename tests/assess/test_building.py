@@ -81,11 +81,30 @@ def test_each_run_tells_the_time_that_is_left(capsys):
 
 
 def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
-    """A variant that is lower has notes of its own, whose effects were not known."""
+    """A variant that is lower has notes of its own, whose effects were not known. Each direction has an estimate."""
     runs = []
-    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", lambda run: runs.append(run) or run)
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
-    assert [run.name for run in runs] == [found.verdict.case]
+
+    def noted(run, *, is_estimate=False):
+        runs.append((run.name, is_estimate))
+        return run
+
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    assert runs == [("push +x", True), ("push +y", True), (found.verdict.case, False)]
+
+
+def test_an_estimated_effect_may_decide_which_direction_governs(monkeypatch):
+    """Along y a block is twice as safe. If a remedy leaves it a fifth, the variants are run there."""
+
+    def noted(run, *, is_estimate=False):
+        low = 0.2 * run.load_factor if run.case.variable.name == "push +y" else np.nan
+        return run.changed(outcome=replace(run.outcome, uniform_torsion=low, estimated=is_estimate))
+
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    assert (found.verdict.direction, list(found.analysis.spreads)) == ("+y", ["push +y"])
+    assert found.verdict.ratio == pytest.approx(0.2 * 0.5 / 1.35 / 0.06, rel=1e-5)
+    assert not found.governing.result.outcome.estimated
 
 
 def test_an_interrupt_ends_the_whole_building(monkeypatch):

@@ -1,6 +1,6 @@
 """Sentences of the first page of a report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from blockstruct.text.numbers import Answer, ratio_text, shown
 from blockstruct.vocabulary import Status, counted, listed
@@ -20,11 +20,17 @@ NO_DEMAND_OF_REACTION = (
 )
 
 
-def note_of_cases(text: str, cases: Sequence[str], relied_on: str) -> str:
-    """Return a note with its cases: the first, whose figures it states, and those that have one of its kind."""
+def note_of_cases(text: str, cases: Mapping[str, float | None], relied_on: str) -> str:
+    """Return a note with its cases: the first, whose figures it states, and those that have one of its kind.
+
+    Each of these has the relative change of its number, if it is known.
+    """
     first, *others = cases
     named = text if first == relied_on else f"{first}: {text}"
-    return f"{named} Likewise: {listed(others)}." if others else named
+    if not others:
+        return named
+    each = [name if (change := cases[name]) is None else f"{name} (about {change:+.0%})" for name in others]
+    return f"{named} This also applies to {listed(each)}{', with other figures' * (cases[others[0]] is None)}."
 
 
 def no_number(case: str, status: Status, answer: Answer, *, cases: int, checks: int) -> str:

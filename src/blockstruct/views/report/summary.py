@@ -135,7 +135,7 @@ class Notes:
     """
 
     def __init__(self) -> None:
-        self._cases: dict[str, list[str]] = {}
+        self._cases: dict[str, dict[str, float | None]] = {}
         self._texts: dict[tuple[NoteCode, int], str] = {}
 
     def numbers(self, case: str, notes: Iterable[Note]) -> list[int]:
@@ -147,8 +147,7 @@ class Notes:
                 # A case may have several notes of one code.
                 text = self._texts.setdefault((note.code, met[note.code]), text)
             met[note.code] += 1
-            if case not in (cases := self._cases.setdefault(text, [])):
-                cases.append(case)
+            self._cases.setdefault(text, {})[case] = note.change
             texts.append(text)
         numbers = {text: number for number, text in enumerate(self._cases, start=1)}
         return list(dict.fromkeys(numbers[text] for text in texts))
