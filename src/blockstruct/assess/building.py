@@ -108,7 +108,7 @@ class Building:
                     "a0* [meter / second ** 2]": check.acceleration,
                     "ratio": lowest,
                     "highest ratio": highest,
-                    "relied on": str(verdict.governing.way),
+                    "relied on": verdict.governing.name,
                     "satisfied": verdict.satisfied,
                     "governs": name == governs,
                 }
