@@ -8,7 +8,7 @@ from blockstruct.limit import LimitProblem, Placement
 from blockstruct.motion import MotionState, MovingProblem
 from blockstruct.motion.course import forces_at, loaded
 from blockstruct.statics import Statics
-from blockstruct.structures.prism import prism
+from blockstruct.structures.builder import prism
 from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation
 
 #: The procedure whose collapse state these curves begin with.

@@ -31,9 +31,8 @@ from blockstruct.arrays import Array, Index
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.limit import ConicProgram, LimitProblem, ProcedureSettings, Sliding
 from blockstruct.limit.friction import frozen_sliding
-from blockstruct.limit.motion import unit_of_velocity
+from blockstruct.limit.motion import joined, unit_of_velocity
 from blockstruct.limit.problem import total
-from blockstruct.limit.rigid import joined
 from blockstruct.results import CaseResult, MacroBlock, division_of
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.solvers import ClarabelSolver

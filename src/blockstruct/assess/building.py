@@ -22,8 +22,7 @@ from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.unit_sizes import UnitSizes
 from blockstruct.assess.verdict import Verdict
-from blockstruct.errors import ModelError, StorageError
-from blockstruct.keywords import made_again
+from blockstruct.errors import ModelError, StorageError, made_again
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
 from blockstruct.notebook import html_table, is_watched

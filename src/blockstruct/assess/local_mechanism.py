@@ -30,9 +30,8 @@ from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.tolerances import OTHER_CURVE
 from blockstruct.assess.verdict import WayOfChecking
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, check_known
 from blockstruct.errors import shown as as_given
-from blockstruct.keywords import check_known
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.mechanism import ACCURACY, TOGETHER

@@ -12,8 +12,7 @@ import numpy as np
 
 from blockstruct.arrays import Array, Index
 from blockstruct.errors import GeometryError
-from blockstruct.geometry.planes import Corners, Planes
-from blockstruct.geometry.polygon import cross, polygon_area
+from blockstruct.geometry.polygon import Corners, Planes, cross, polygon_area
 from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NEGLIGIBLE, NO_AREA, ROUNDING
 
 #: Vertices of each face.

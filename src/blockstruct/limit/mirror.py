@@ -15,8 +15,8 @@ from blockstruct.arrays import Array, Index
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, Outcome, given_up
+from blockstruct.limit.motion import without_rounding
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.rigid import without_rounding
 from blockstruct.limit.ties import Ties
 
 #: Relative difference up to which the problem and its mirror image are equal. Above rounding of coordinates.

@@ -136,3 +136,16 @@ class _LeastConstraint(ConicProgram):
         data = self.data(true_sliding(self.problem), max_load_factor=0.0, loaded=False)
         data.q[-self.zero_rows :] = self.total * np.repeat(weight / weight.max(), 6)
         return data
+
+
+def largest_reaction(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """Find the largest reaction that statics allows under the dead load.
+
+    It is the least reaction against the opposite motion, with associative flow. No forces in equilibrium inside the
+    true conditions give a larger one. A load factor of minus infinity means that friction may jam the structure between
+    its supports by any force. Velocities and certificate belong to the opposite motion.
+    """
+    own = replace(problem, w_L=-problem.w_L, dilatancy=problem.friction)
+    program = ConicProgram(own, replace(settings, crushing="conic"))
+    step = solve_step(program, true_sliding(own), Stage.LARGEST_REACTION, settings, solver)
+    return replace(step, load_factor=-step.load_factor)

@@ -13,8 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.documents import document_of, read_content
-from blockstruct.errors import BlockstructError, DimensionError, DocumentError, ModelError, UnknownNameError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.errors import (
+    BlockstructError,
+    DimensionError,
+    DocumentError,
+    ModelError,
+    UnknownNameError,
+    did_you_mean,
+    shown,
+)
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import Case, Model
 from blockstruct.results import checked_parameters, checked_value, plain_value, stored_value

@@ -13,8 +13,15 @@ from pathlib import Path
 from typing import Any, Self
 
 from blockstruct.analysis import AnalysisManager, recover
-from blockstruct.errors import BusyError, LoadFactorWarning, ModelError, StudyError, UnknownKeywordError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.errors import (
+    BusyError,
+    LoadFactorWarning,
+    ModelError,
+    StudyError,
+    UnknownKeywordError,
+    did_you_mean,
+    shown,
+)
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import Model
 from blockstruct.results import restored_value

@@ -10,8 +10,7 @@ import xarray as xr
 
 from blockstruct.analysis import AnalysisManager
 from blockstruct.arrays import Array
-from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, shown
-from blockstruct.keywords import check_known
+from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, check_known, shown
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results import CaseResult, sliding_rates
 from blockstruct.results.interfaces import ROUNDING
