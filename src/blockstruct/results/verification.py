@@ -25,7 +25,7 @@ from blockstruct.motion import MotionState, MovingProblem, largest_displacement,
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.history import coordinates, division_of
+from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
 from blockstruct.results.interfaces import ROUNDING
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import DECIMALS, break_displacements
@@ -58,20 +58,16 @@ class _State:
 
         Under dead load alone, the load factor is the carried share.
         """
-        history = result.history
-        x = _rows(history, "contact_force", "contact_point", "component")[-1].to_numpy() / problem.force_unit[:, None]
-        T = np.zeros(0)
-        if len(problem.ties):
-            T = _rows(history, "tie_force", "tie")[-1].to_numpy() / problem.ties.force_unit
-        alpha = float(history["load_factor"].to_numpy()[-1])
-        stage = Stage(history["stage"].to_numpy()[-1])
+        last = result.history.isel(iteration=[-1])
+        x, T = (forces[0] for forces in forces_in(problem, last))
+        alpha, stage = float(last["load_factor"][0]), Stage(last["stage"].to_numpy()[0])
         if stage.is_of_dead_load:
             dilatancy = problem.friction if stage is Stage.DEAD_LOAD else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
             # The prestress grows with the share and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
             alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))
-        return cls(problem, x, T, velocities_of(statics, problem, _motion(history, slice(-1, None)))[0], alpha)
+        return cls(problem, x, T, velocities_of(statics, problem, motions_in(last))[0], alpha)
 
     def certificate(self, settings: ProcedureSettings) -> Certificate:
         return certify(self.problem, self.x, self.u, self.alpha, settings, self.T)
@@ -219,10 +215,7 @@ def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
     """Compare residuals of earlier iterations with their forces."""
     history = result.history
     alpha, stored, stage = (history[name].to_numpy()[:-1] for name in ("load_factor", "equilibrium_residual", "stage"))
-    x = _rows(history, "contact_force", "contact_point", "component")[:-1].to_numpy() / problem.force_unit[:, None]
-    T = np.zeros((len(alpha), 0))
-    if len(problem.ties):
-        T = _rows(history, "tie_force", "tie")[:-1].to_numpy() / problem.ties.force_unit
+    x, T = forces_in(problem, history.isel(iteration=slice(-1)))
     # Programs under dead load alone have no load factor, and a file need not keep the forces of every iteration.
     known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & ~np.isin(stage, _PROGRAMS_OF_DEAD_LOAD)
     for k in np.flatnonzero(known):
@@ -251,11 +244,11 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
     """Compare relative and support velocities with the free blocks."""
     ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
-    of_contacts = _rows(history, "relative_velocity", "contact_point", "component")
+    of_contacts = rows(history, "relative_velocity", "contact_point", "component")
     step = max(1, _AT_ONCE // len(problem.force_unit))
     for begin in range(0, n, step):
         part = slice(begin, begin + step)
-        motion, stored = _motion(history, part), of_contacts[part].to_numpy()
+        motion, stored = motions_in(history.isel(iteration=part)), of_contacts[part].to_numpy()
         # The solver found no velocities, or the file does not keep them.
         known = ~(np.isnan(motion).all(axis=(1, 2)) & np.isnan(stored).all(axis=(1, 2)))
         motion, stored = motion[known], stored[known]
@@ -264,7 +257,7 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
         off = {"the relative velocities of iteration {} differ from the velocities of its blocks": _off(stored, v)}
         if len(ties):
             rates = ties.elongation(u.T).T / ties.force_unit
-            found = _rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
+            found = rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
             # A tie across the motion has a rate of rounding alone.
             text = "the rates of elongation of iteration {} differ from the velocities of its blocks"
             off[text] = _off(found, rates, v)
@@ -289,20 +282,6 @@ def _off(stored: Array, expected: Array, *others: Array) -> Flags:
     with np.errstate(invalid="ignore"):
         near = np.abs(one - other) <= ACCURACY * largest
     return np.asarray(~(near | (one == other) | (np.isnan(one) & np.isnan(other))).all(axis=1))
-
-
-def _rows(history: xr.Dataset, name: str, *dims: str) -> xr.Variable:
-    """Return a variable by iteration, without its slow coordinates."""
-    return history[name].variable.transpose("iteration", *dims)
-
-
-def _motion(history: xr.Dataset, part: slice) -> Array:
-    """Return velocities of centroids and angular velocities, SI.
-
-    Shape (n, blocks, 6), for some iterations.
-    """
-    of_blocks = (_rows(history, name, "block", "axis")[part] for name in ("block_velocity", "block_angular_velocity"))
-    return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
 
 
 def _same(one: float, other: float, scale: float) -> bool:

@@ -679,6 +679,37 @@ def response_findings(path: str, response: xr.Dataset, model: xr.Dataset) -> Ite
         yield from index_findings(path, response)
 
 
+#: Groups of a case besides its own, and what finds where they contradict themselves or the model.
+_FINDINGS = {"history": history_findings, "capacity": capacity_findings, "response": response_findings}
+
+
+def findings(groups: Groups, load_factors: Callable[[str], Any] = lambda _: None) -> Iterator[Finding]:
+    """Find where valid groups of a file contradict themselves or each other.
+
+    Parameters
+    ----------
+    groups
+        By their path.
+    load_factors
+        Gives the load factors of a case by the path of its group, if its history is not one of the groups; None leaves
+        them out.
+    """
+    model = groups.get("/model")
+    if model is not None:
+        yield from index_findings("/model", model)
+    for place, ds in groups.items():
+        parent, _, part = place.rpartition("/")
+        if parent == "/cases":
+            history = groups.get(f"{place}/history")
+            alpha = load_factors(place) if history is None else history["load_factor"].to_numpy()
+            if alpha is not None:
+                yield from case_findings(place, ds, alpha, [part for part in _FINDINGS if f"{place}/{part}" in groups])
+            if history is not None:
+                yield from bound_findings(place, ds, history)
+        elif parent and model is not None:
+            yield from _FINDINGS[part](place, ds, model)
+
+
 def _from_1(groups: Groups) -> Groups:
     """Store how a case ended as facts, and its settings in three parts."""
     new = dict(groups)
