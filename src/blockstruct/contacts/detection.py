@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Index
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError, shown
 from blockstruct.geometry.coplanar import (
     FacePair,
@@ -23,7 +23,6 @@ from blockstruct.geometry.coplanar import (
 )
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model import (
     Block,
     Detection,

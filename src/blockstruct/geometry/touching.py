@@ -6,12 +6,12 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import DEEP, FACING, LOOKS, NEGLIGIBLE, NO_CROSSING, ROUNDING
+from blockstruct.geometry.tolerances import DEEP, FACING, LOOKS, NO_CROSSING
 from blockstruct.geometry.triangles import triangulated
 
 

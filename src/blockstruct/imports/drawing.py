@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import shapely
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, shown
 from blockstruct.geometry.polygon import Face
 from blockstruct.geometry.polyhedron import lofted
-from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import Imported, Repair, checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH

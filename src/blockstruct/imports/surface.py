@@ -7,11 +7,11 @@ from itertools import chain, pairwise
 import numpy as np
 import shapely
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.neighbours import connected, expanded
 from blockstruct.geometry.polygon import Corners, Face, Planes, plane_axes
-from blockstruct.geometry.tolerances import CHUNK, NEGLIGIBLE, PARALLEL
+from blockstruct.geometry.tolerances import CHUNK, PARALLEL
 from blockstruct.geometry.triangles import triangulated
 from blockstruct.imports.tolerances import (
     EXACT,

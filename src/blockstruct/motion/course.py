@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import ROUNDING, Array, Index
 from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
@@ -21,8 +21,6 @@ RECENT = 4
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 #: Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
-#: Share of its capacity by which the force of a yielding tie may miss it.
-ROUNDING = 1e-9
 
 
 class Course:

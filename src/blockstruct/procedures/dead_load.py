@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.arrays import NEGLIGIBLE
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome, Steps, given_up
@@ -15,9 +16,6 @@ from blockstruct.limit.program import ConicProgram, ProgramData, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Reason, Stage, Status
-
-#: Share of the dead load that counts as zero.
-NOTHING = 1e-6
 
 
 def dead_load_program(
@@ -49,7 +47,7 @@ def dead_load_program(
     whole = step.load_factor >= 1 - settings.numerics.equilibrium_tolerance
     if whole and step.certificate.admissible:
         return step.x[:, 0]
-    if step.load_factor <= NOTHING or not step.certificate.holds:
+    if step.load_factor <= NEGLIGIBLE or not step.certificate.holds:
         step = _as_it_falls(own, step, settings, solver)
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if step.certificate.holds and not whole:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.limit import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
@@ -21,9 +21,6 @@ NO_FORCE = 1e-4
 #: Relative velocity, relative to the largest, below which a joint is at rest. Solver tolerances move joints outside the
 #: mechanism by about a thousandth.
 AT_REST = 0.01
-#: Velocity, relative to the largest of a block, share of a strength, and relative difference of computed numbers,
-#: directions and positions, that count as rounding.
-ROUNDING = 1e-6
 #: Utilisation from which a strength counts as fully used.
 FULLY_USED = 0.999
 #: Parts of a state, in the order of its text.
@@ -190,7 +187,7 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (1 - 2 * np.minimum(edges[:, e], edges[:, e + 2]) / total for e in (0, 1))
         # (1 − a s)(1 − b s) = N / F at the share s of the eccentricity. Fully pressed, both sides are rounding.
-        rest = np.maximum(1 - total / capacity, ROUNDING)
+        rest = np.maximum(1 - total / capacity, NEGLIGIBLE)
         times = (a + b + np.sqrt(np.maximum((a + b) ** 2 - 4 * a * b * rest, 0.0))) / (2 * rest)
     names = pd.Index(last["interface"].to_numpy()[joints], name="interface")
     return pd.Series(np.where(_floor(last)[joints] < N, times, np.nan), index=names)
@@ -317,7 +314,7 @@ def contact_state(
     zero = np.maximum(tolerance * np.linalg.norm(v, axis=-1).max(axis=-1, keepdims=True), np.finfo(float).tiny)
     # If a structure follows its supports as one body, relative velocities are rounding errors of block velocities.
     speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
-    zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
+    zero = np.maximum(zero, NEGLIGIBLE * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
     dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
     # Joints that never slide do not dilate.

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags
 from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import (
     CERTIFICATE_MEASURES,
@@ -26,7 +26,6 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
-from blockstruct.results.interfaces import ROUNDING
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import DECIMALS, break_displacements
 from blockstruct.statics import Division, Statics
@@ -35,9 +34,6 @@ from blockstruct.vocabulary import Stage, Status, listed
 
 #: Contact points of iterations compared at once: large histories are read from a file in parts.
 _AT_ONCE = 100_000
-#: Relative difference of stored numbers, and of coordinates and strengths between history and model, that rounding
-#: explains.
-SAME = 1e-9
 #: Stages under the dead load alone.
 _PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
@@ -206,7 +202,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             same = stored.tolist() == values.tolist()
         else:
             scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-            same = stored.shape == values.shape and np.allclose(stored, values, rtol=SAME, atol=SAME * scale)
+            same = stored.shape == values.shape and np.allclose(stored, values, rtol=ROUNDING, atol=ROUNDING * scale)
         if not same:
             yield f"{name} of the history differs from the model"
 
@@ -234,7 +230,7 @@ def _reactions(result: CaseResult) -> Iterator[str]:
         return
     stored, alpha = (result.history[name].to_numpy() for name in ("reaction", "load_factor"))
     expected = result.answer.factor * alpha + 0.0
-    wrong = np.flatnonzero(~np.isclose(stored, expected, rtol=SAME, atol=0, equal_nan=True))
+    wrong = np.flatnonzero(~np.isclose(stored, expected, rtol=ROUNDING, atol=0, equal_nan=True))
     if len(wrong):
         k, text = wrong[0], result.answer.format
         yield f"the reaction of iteration {k} is {text(stored[k], 6)}, by its load factor {text(expected[k], 6)}"
@@ -262,7 +258,7 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
             text = "the rates of elongation of iteration {} differ from the velocities of its blocks"
             off[text] = _off(found, rates, v)
         allowed = block_motion(statics, problem, u)[:, fixed]
-        still = np.isclose(motion[:, fixed], allowed, rtol=SAME, atol=0, equal_nan=True).all(axis=(1, 2))
+        still = np.isclose(motion[:, fixed], allowed, rtol=ROUNDING, atol=0, equal_nan=True).all(axis=(1, 2))
         off["supports move in the mechanism of iteration {}"] = ~still
         wrong = np.flatnonzero(np.any(list(off.values()), axis=0))
         if len(wrong):
@@ -328,11 +324,11 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
             yield f"state {k} of the capacity curve: {what}"
     of_states = (np.array([getattr(s, name) for s in states]) for name in ("displacement", "load_factor", "falls"))
     d0 = largest_displacement(result.case, *of_states)
-    if not np.isclose(float(curve["d0"]), d0, rtol=SAME, atol=0.0, equal_nan=True):
+    if not np.isclose(float(curve["d0"]), d0, rtol=ROUNDING, atol=0.0, equal_nan=True):
         yield f"d0 is {float(curve['d0']):.6g} m, that of the capacity curve {d0:.6g} m"
     if isinstance(result.case, SettlementCase):
         reaction = -reaction_unit(statics.model, result.case) * curve["load_factor"].to_numpy()
-        if not np.allclose(curve["reaction"], reaction, rtol=SAME, atol=0.0):
+        if not np.allclose(curve["reaction"], reaction, rtol=ROUNDING, atol=0.0):
             yield "the reactions of the capacity curve are not those of its load factors"
     if "tie_break_displacement" in curve:
         limit = statics.ties.elongation_limit
@@ -340,7 +336,7 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
         broke = break_displacements(np.array([state.displacement for state in states]), elongation, limit)
         for name, expected in (("tie_elongation_limit", limit), ("tie_break_displacement", broke)):
             stored = curve[name].to_numpy()
-            off = ~np.isclose(stored, expected, rtol=SAME, atol=10.0**-DECIMALS, equal_nan=True)
+            off = ~np.isclose(stored, expected, rtol=ROUNDING, atol=10.0**-DECIMALS, equal_nan=True)
             if off.any():
                 k = int(off.argmax())
                 yield (
@@ -356,7 +352,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
     led, most = Placement.of(moving.statics.model), max(ELASTIC * size, 2 * furthest)
     if before is not None:
-        most = ROUNDING * size
+        most = NEGLIGIBLE * size
         led = Placement.at(before.position, before.rotation).moved(before.twist * before.motion_time)
     turned = np.abs(at.rotation - led.rotation).max(axis=(1, 2)) * size
     off = np.maximum(np.abs(at.position - led.position).max(axis=1), turned)
@@ -367,7 +363,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     if not abs(power - 1) <= AT_ONE_WATT:
         yield f"its velocities belong to {power:.6g} W of variable load, not to 1 W"
     length = np.linalg.norm(state.normal_of_contact, axis=1)
-    if not np.abs(length - 1).max(initial=0.0) <= SAME:
+    if not np.abs(length - 1).max(initial=0.0) <= ROUNDING:
         yield f"the normal of one of its contacts has a length of {length[np.abs(length - 1).argmax()]:.6g}, not 1"
 
 
@@ -376,7 +372,7 @@ def _differences(state: MotionState, again: MotionState, size: float) -> Iterato
     work = max(abs(again.load_factor), abs(again.dissipation), 1.0)
     for name in (f.name for f in fields(MotionState) if f.name in _FOLLOWS):
         stored, found = (np.atleast_1d(np.asarray(getattr(of, name), dtype=float)) for of in (state, again))
-        least = ROUNDING * size if _FOLLOWS[name] else ROUNDING * work
+        least = NEGLIGIBLE * size if _FOLLOWS[name] else NEGLIGIBLE * work
         # NaN differs from every number.
         off = ~(np.abs(stored - found) <= least + ACCURACY * np.abs(found))
         if off.any():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import FormatError
 from blockstruct.geometry.neighbours import unsupported
 from blockstruct.geometry.polyhedron import polyhedron
@@ -41,7 +42,6 @@ from blockstruct.model import (
 )
 from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
-from blockstruct.results.verification import SAME
 from blockstruct.schema import dressed
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import (
@@ -547,7 +547,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
     """Find stored values of a model that differ from the ones computed from the rest of the file."""
     corners = np.concatenate([b.shape.vertices for b in model.blocks])
     # Coordinates far from the origin have fewer digits.
-    length = float(np.ptp(corners, axis=0).max() + _ROUNDING / SAME * np.abs(corners).max())
+    length = float(np.ptp(corners, axis=0).max() + _ROUNDING / ROUNDING * np.abs(corners).max())
     derived = {
         "fixed": ("block", [b.fixed for b in model.blocks], 0.0),
         "volume": ("block", [b.volume for b in model.blocks], max(b.volume for b in model.blocks)),
@@ -564,7 +564,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
         yield from _detection_findings(path, ds, model)
     for name, (dim, values, scale) in derived.items():
         expected = np.asarray(values, dtype=float)
-        off = ~(np.abs(ds[name].to_numpy() - expected) <= SAME * scale)
+        off = ~(np.abs(ds[name].to_numpy() - expected) <= ROUNDING * scale)
         if off.any():
             at = tuple(np.argwhere(off)[0])
             who, stated = ds[dim].to_numpy()[at[0]], ds[name].to_numpy()[at]
@@ -606,7 +606,7 @@ def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterat
     """Find a reaction of a settlement that contradicts its load factor."""
     if "reaction" in case:
         stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
-        if not np.isclose(stated, found, rtol=SAME, atol=0.0, equal_nan=True):
+        if not np.isclose(stated, found, rtol=ROUNDING, atol=0.0, equal_nan=True):
             unit = result.answer.unit
             yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
 

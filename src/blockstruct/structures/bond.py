@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import shapely
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.polyhedron import box, lofted
-from blockstruct.geometry.tolerances import GRID, NEGLIGIBLE, ROUNDING
+from blockstruct.geometry.tolerances import GRID
 from blockstruct.model import Block, Material
 from blockstruct.structures.builder import block
 from blockstruct.structures.openings import QUARTER, AnyOpening, Opening

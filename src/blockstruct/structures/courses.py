@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.geometry.polyhedron import box
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total
 from blockstruct.structures.builder import block, builder, lengths

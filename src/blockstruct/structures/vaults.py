@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.polyhedron import BOX_FACES
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import SHORTEST, check_total, checked_count
 from blockstruct.structures.builder import block, builder, lengths, prism, prismatoid

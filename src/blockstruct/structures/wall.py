@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import shapely
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError, check_known, shown
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.bond import Bond, Panel, Pieces
