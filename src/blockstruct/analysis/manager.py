@@ -25,23 +25,18 @@ from blockstruct.analysis.events import (
 )
 from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, followed, kept_state, responded, with_effects
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
-from blockstruct.limit import Iteration, LimitProblem, ProcedureSettings, Solver, schedules_of
+from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.limit.iteration import conclude
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
 from blockstruct.procedures import solve_dead_load, solve_limit_case
-from blockstruct.results import (
-    Analysis,
-    CaseResult,
-    Comparison,
-    checked_parameters,
-    checked_tags,
-    compare,
-    division_of,
-    history_of,
-    history_variables,
-    iteration_variables,
-    state_arrays,
-)
+from blockstruct.results import compare, history_of
+from blockstruct.results.analysis import Analysis, checked_parameters, checked_tags
+from blockstruct.results.capacity import state_arrays
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.comparison import Comparison
+from blockstruct.results.history import division_of, history_variables, iteration_variables
 from blockstruct.solvers import RememberingSolver, solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy

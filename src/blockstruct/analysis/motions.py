@@ -16,25 +16,17 @@ import xarray as xr
 
 from blockstruct.analysis.events import Listener, StateDone, StepDone, tell
 from blockstruct.errors import FormatError
-from blockstruct.limit import (
-    ConicProgram,
-    Iteration,
-    LimitProblem,
-    Outcome,
-    ProcedureSettings,
-    ProgramData,
-    RecordState,
-    Solution,
-    Solver,
-    velocities_of,
-)
+from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome
 from blockstruct.limit.iteration import Steps, changed_steps, conclude
+from blockstruct.limit.motion import velocities_of
+from blockstruct.limit.program import ProgramData, Solution, Solver
+from blockstruct.limit.response import RecordState
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Model, RecordCase, has_curve
 from blockstruct.model.fields import changed
 from blockstruct.motion import MotionState, MovingProblem, follow, respond
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import (
-    CaseResult,
+from blockstruct.results.capacity import (
     arrays_of_response,
     beginning_of,
     capacity_of,
@@ -42,6 +34,7 @@ from blockstruct.results import (
     state_arrays,
     steps_of,
 )
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import forces_in, motions_in
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics

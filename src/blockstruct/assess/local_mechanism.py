@@ -33,7 +33,8 @@ from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.errors import ModelError, check_known
 from blockstruct.errors import shown as as_given
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
-from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
+from blockstruct.results import MacroBlock, Spread, macro_blocks
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY, TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed

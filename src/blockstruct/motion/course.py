@@ -8,10 +8,13 @@ from typing import Any, Self
 import numpy as np
 
 from blockstruct.arrays import ROUNDING, Array, Index
-from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
+from blockstruct.limit import LimitProblem
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
+from blockstruct.statics import ContactPoints, Placement
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05

@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.arrays import Array, Flags
-from blockstruct.limit import Fall, RecordState, reaction_unit
+from blockstruct.limit.response import Fall, RecordState
+from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
 from blockstruct.results.ties import break_displacements

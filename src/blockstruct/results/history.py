@@ -8,7 +8,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.arrays import Array
-from blockstruct.limit import CERTIFICATE_MEASURES, Iteration, LimitProblem, block_motion
+from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES
+from blockstruct.limit.motion import block_motion
 from blockstruct.model import Model
 from blockstruct.schema import dressed
 from blockstruct.statics import Division, Statics

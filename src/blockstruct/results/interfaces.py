@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
-from blockstruct.limit import UniformTorsion
+from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
 from blockstruct.statics import ContactPoints, TieTable, multiple_of_uniform_friction, torsion_levers, wrenches

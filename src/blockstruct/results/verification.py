@@ -9,17 +9,11 @@ import xarray as xr
 
 from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags
 from blockstruct.errors import BlockstructError, CertificateError
-from blockstruct.limit import (
-    CERTIFICATE_MEASURES,
-    Certificate,
-    LimitProblem,
-    Placement,
-    ProcedureSettings,
-    block_motion,
-    certify,
-    reaction_unit,
-    velocities_of,
-)
+from blockstruct.limit import Certificate, LimitProblem
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES, certify
+from blockstruct.limit.motion import block_motion, velocities_of
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import SettlementCase, has_curve
 from blockstruct.motion import MotionState, MovingProblem, largest_displacement, recomputed
 from blockstruct.results.analysis import Analysis
@@ -28,7 +22,7 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import DECIMALS, break_displacements
-from blockstruct.statics import Division, Statics
+from blockstruct.statics import Division, Placement, Statics
 from blockstruct.text import LISTED
 from blockstruct.vocabulary import Stage, Status, listed
 

@@ -8,7 +8,8 @@
 """
 
 from blockstruct.errors import SolverError, shown
-from blockstruct.limit import ProcedureSettings, Solver
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers.conic import ClarabelSolver, RememberingSolver
 
 __all__ = ["ClarabelSolver", "RememberingSolver", "solver_of"]

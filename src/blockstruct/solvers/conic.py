@@ -8,7 +8,8 @@ import clarabel
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.limit import ConicProgram, ProgramData, Solution, Solver
+from blockstruct.limit import ConicProgram
+from blockstruct.limit.program import ProgramData, Solution, Solver
 from blockstruct.vocabulary import SolverStatus
 
 _STATUS = {

@@ -21,8 +21,9 @@ from blockstruct.errors import BlockstructError, FormatError, StorageError, show
 from blockstruct.files import MOST_READ, unreadable
 from blockstruct.model import JOINT_PROPERTIES
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
-from blockstruct.results.comparison import APART
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results.analysis import plain_value
+from blockstruct.results.comparison import APART, relative_difference
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
 from blockstruct.storage.netcdf import member, plain, read_numbers

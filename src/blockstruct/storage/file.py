@@ -26,7 +26,9 @@ from xarray.core import indexing
 from blockstruct.errors import BlockstructError, FormatError, FormatWarning, ModelError, StorageError, UnverifiedWarning
 from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model, checked_text
-from blockstruct.results import Analysis, CaseResult, LazyHistory, checked_tags, restored_value, stored_value
+from blockstruct.results import stored_value
+from blockstruct.results.analysis import Analysis, checked_tags, restored_value
+from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.schema import listed_violations, schema, violations
 from blockstruct.storage import layout, netcdf
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION

@@ -13,7 +13,8 @@ from blockstruct.arrays import ROUNDING
 from blockstruct.errors import FormatError
 from blockstruct.geometry.neighbours import unsupported
 from blockstruct.geometry.polyhedron import polyhedron
-from blockstruct.limit import FictitiousSchedule, Numerics, Outcome
+from blockstruct.limit import Outcome
+from blockstruct.limit.settings import FictitiousSchedule, Numerics
 from blockstruct.model import (
     JOINT_PROPERTIES,
     LOAD_KINDS,
@@ -41,7 +42,8 @@ from blockstruct.model import (
     tie_kind_of,
 )
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.schema import dressed
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import (

@@ -30,16 +30,12 @@ from blockstruct.files import MOST_READ, open_file, read_file
 from blockstruct.limit import Outcome
 from blockstruct.model import RecordCase
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import (
-    CERTIFICATE_MEASURES,
-    HISTORY,
-    Analysis,
-    CaseResult,
-    Variable,
-    capacity_of,
-    confirm,
-    response_of,
-)
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.capacity import capacity_of, response_of
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.history import HISTORY, Variable
+from blockstruct.results.verification import confirm
 from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,

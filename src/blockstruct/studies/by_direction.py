@@ -14,9 +14,11 @@ import xarray as xr
 from blockstruct.analysis import AnalysisManager, Listener
 from blockstruct.arrays import NEGLIGIBLE, Array, Flags
 from blockstruct.errors import ModelError, StudyWarning
-from blockstruct.limit import ProcedureSettings
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
-from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
+from blockstruct.results import LOAD_FACTOR
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CaseResult
 from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 

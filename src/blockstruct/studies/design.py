@@ -22,9 +22,10 @@ from blockstruct.errors import (
     did_you_mean,
     shown,
 )
-from blockstruct.limit import ProcedureSettings
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, Model
-from blockstruct.results import checked_parameters, checked_value, plain_value, stored_value
+from blockstruct.results import stored_value
+from blockstruct.results.analysis import checked_parameters, checked_value, plain_value
 from blockstruct.units import Q_, SI_UNITS, parse
 
 GRID, PAIRED, LATIN, MONTE_CARLO = "grid", "paired", "latin hypercube", "monte carlo"

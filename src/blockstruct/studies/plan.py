@@ -22,9 +22,9 @@ from blockstruct.errors import (
     did_you_mean,
     shown,
 )
-from blockstruct.limit import ProcedureSettings, schedules_of
+from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import Model
-from blockstruct.results import restored_value
+from blockstruct.results.analysis import restored_value
 from blockstruct.storage import is_unfinished
 from blockstruct.units import own_registry
 from blockstruct.vocabulary import Status

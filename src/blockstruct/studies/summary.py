@@ -12,7 +12,8 @@ from blockstruct.analysis import AnalysisManager
 from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, check_known, shown
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
-from blockstruct.results import CaseResult, sliding_rates
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.interfaces import sliding_rates
 from blockstruct.studies.design import GRID, LATIN, Design
 from blockstruct.studies.plan import Problem
 from blockstruct.units import si

@@ -12,7 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array
-from blockstruct.limit import ConicProgram, Sliding
+from blockstruct.limit import ConicProgram
+from blockstruct.limit.friction import Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions, Weights
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling, centred
 from blockstruct.solvers.interior_point.schur import OPTIONS, Factor, SchurComplement
