@@ -14,9 +14,9 @@ from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.limit import LimitProblem, Placement
+from blockstruct.limit import LimitProblem
 from blockstruct.motion import MovingProblem
-from blockstruct.statics import Statics
+from blockstruct.statics import Placement, Statics
 from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block
 
 STONE = bs.Material("stone", "20 kN/m^3")

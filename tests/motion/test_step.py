@@ -7,11 +7,11 @@ import pytest
 import scipy.sparse as sp
 
 import blockstruct as bs
-from blockstruct.limit import LimitProblem, Placement
+from blockstruct.limit import LimitProblem
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.motion import MovingProblem
 from blockstruct.solvers.step import StepProblem, solve_step
-from blockstruct.statics import Statics
+from blockstruct.statics import Placement, Statics
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 

@@ -16,8 +16,9 @@ from blockstruct.assess.spectrum import Spectrum
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.notebook import html_table
-from blockstruct.results import CaseResult, MacroBlock, with_motion
-from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results import MacroBlock
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.mechanism import ACCURACY, with_motion
 from blockstruct.text import SMALL, Note, NoteCode, Severity, assessment, direction_text, in_g, shown, smaller_bodies
 from blockstruct.vocabulary import Way, listed
 
@@ -251,12 +252,12 @@ class LocalMechanismCheck:
         )
         own = [Line("acceleration of this way", a0, "C8.7.1.2.1.1, C8.7.1.2.1.5")]
         each = [
-            Line(*assessment.way_line(way.way, way.alpha, way.e_star, way.state.ratio, governs=way is first))
+            Line(*assessment.way_line(way.name, way.alpha, way.e_star, way.state.ratio, governs=way is first))
             for way in ways
         ]
         if first.way is Way.COLLAPSE:
             return section(first.state.name, list(first.state.lines), each if len(ways) > 1 else [])
-        return section(f"{first.state.name}, {first.way}", own, list(first.state.lines), each)
+        return section(f"{first.state.name}, {first.name}", own, list(first.state.lines), each)
 
     @property
     def _floor(self) -> str:

@@ -11,17 +11,15 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import ROUNDING, Array, Index
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, Outcome, given_up
+from blockstruct.limit.motion import without_rounding
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.rigid import without_rounding
 from blockstruct.limit.ties import Ties
 from blockstruct.statics import ContactPoints
 
-#: Relative difference up to which the problem and its mirror image are equal. Above rounding of coordinates.
-SAME = 1e-9
 #: Incommensurable weights of the components of a key. Two different places practically never have equal keys.
 _WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
 
@@ -75,7 +73,7 @@ class Mirror:
 
     @classmethod
     def about(
-        cls, problem: LimitProblem, normal: Array, position: Array, points: ContactPoints, same: float = SAME
+        cls, problem: LimitProblem, normal: Array, position: Array, points: ContactPoints, same: float = ROUNDING
     ) -> Self | None:
         """Return the mirror about a plane through the middle of the free blocks; None if there is none.
 
@@ -107,7 +105,7 @@ class Mirror:
         axes = np.einsum("kij,jl,kml->kim", frame[point], M, frame)
         # The normal points the other way if plus and minus change places.
         axes *= np.sign(axes[:, 0, 0])[:, None, None]
-        axes[np.abs(axes) < SAME] = 0.0
+        axes[np.abs(axes) < ROUNDING] = 0.0
         reflected = _permuted(point, axes)
         numbers = (problem.friction, problem.dilatancy, problem.cohesion, problem.tension, problem.compression)
         equal = all(_alike(values, point) for values in (*numbers, problem.force_unit))
@@ -116,7 +114,7 @@ class Mirror:
             return None
         mirror = cls._halved(problem, (block, turned, normal), (point, reflected))
         capacity = mirror.half.capacity[mirror.rectangle]
-        return mirror if np.allclose(capacity, problem.capacity, rtol=SAME, atol=0.0) else None
+        return mirror if np.allclose(capacity, problem.capacity, rtol=ROUNDING, atol=0.0) else None
 
     @classmethod
     def _halved(
@@ -137,13 +135,13 @@ class Mirror:
         of_points = (1.0 + (point != np.arange(len(point))))[some_point]
         S = (reflected + sp.eye_array(3 * len(point)))[:, np.repeat(some_point, 3)]
         S = S @ sp.diags_array(np.repeat(of_points / 2, 3))
-        S, T = without_rounding(S, SAME), without_rounding(T[:, np.repeat(some_block, 6)], SAME)
+        S, T = without_rounding(S, ROUNDING), without_rounding(T[:, np.repeat(some_block, 6)], ROUNDING)
         of_point = (np.cumsum(some_point) - 1)[np.minimum(np.arange(len(point)), point)]
         corners = of_point[whole.rectangles]
         _, some_rectangle, of_rectangle = np.unique(np.sort(corners), axis=0, return_index=True, return_inverse=True)
         half = replace(
             whole,
-            A=sp.csc_array(without_rounding(sp.csr_array(T.T @ whole.A @ S), SAME)),
+            A=sp.csc_array(without_rounding(sp.csr_array(T.T @ whole.A @ S), ROUNDING)),
             w_D=T.T @ whole.w_D,
             w_L=T.T @ whole.w_L,
             friction=whole.friction[some_point],
@@ -196,13 +194,13 @@ def _normals(problem: LimitProblem) -> list[Array]:
         (w.reshape(-1, 6)[:, :3] * problem.wrench_unit[:, None]).sum(axis=0) for w in (problem.w_D, problem.w_L)
     )
     across, size = np.cross(dead, variable), np.linalg.norm(dead) * np.linalg.norm(variable)
-    if np.linalg.norm(across) > SAME * size:
+    if np.linalg.norm(across) > ROUNDING * size:
         candidates = [across / np.linalg.norm(across)]
     else:
         assert problem.statics is not None
         candidates = list(np.linalg.svd(np.cov(problem.statics.points.position.T))[2])
     # Without rounding, a plane along the axes adds no entries to the equilibrium matrix.
-    return [np.where(np.abs(n) < SAME, 0.0, n) for n in candidates]
+    return [np.where(np.abs(n) < ROUNDING, 0.0, n) for n in candidates]
 
 
 def _mates(before: Array, after: Array, same: float) -> Index:
@@ -239,4 +237,4 @@ def _permuted(place: Index, blocks: Array) -> sp.csr_array:
 
 def _alike(values: Array, image: Index) -> bool:
     """Return whether values equal those at the mirror images."""
-    return bool(np.allclose(values[image], values, rtol=SAME, atol=0.0))
+    return bool(np.allclose(values[image], values, rtol=ROUNDING, atol=0.0))

@@ -10,7 +10,11 @@ import scipy.sparse as sp
 
 from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.limit import LimitProblem, Mirror, Settlement, Ties, block_motion, unit_of_velocity, velocities_of
+from blockstruct.limit import LimitProblem
+from blockstruct.limit.mirror import Mirror
+from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
+from blockstruct.limit.settlement import Settlement
+from blockstruct.limit.ties import Ties
 from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
 from blockstruct.model.checks import check_at_block
 from blockstruct.model.fields import label

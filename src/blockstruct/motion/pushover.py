@@ -14,12 +14,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array, Flags
-from blockstruct.limit import Iteration, Placement, ProcedureSettings
+from blockstruct.limit import Iteration
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
 from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
+from blockstruct.statics import Placement
 from blockstruct.vocabulary import CurveEnd, Procedure
 
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested

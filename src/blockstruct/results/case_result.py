@@ -12,7 +12,9 @@ import xarray as xr
 from blockstruct import text as texts
 from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, shown
-from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
+from blockstruct.limit import Certificate, Outcome
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
@@ -576,7 +578,7 @@ class CaseResult:
         changed = self.outcome.uniform_torsion
         if np.isnan(changed):
             return torsion_notes(self.model, self.history, self.answer.name)
-        effect = texts.effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
+        effect = self._effect(NoteCode.CORNER_TORSION, changed)
         # In narrow joints the remedy leaves much of the excess.
         left = torsion_notes(self.model, self.history, self.answer.name, limited=True)
         return [*([effect] if effect else []), *left]
@@ -587,8 +589,12 @@ class CaseResult:
             return None
         changed = self.outcome.biaxial_crushing
         if np.isfinite(changed):
-            return texts.effect_note(NoteCode.BIAXIAL_CRUSHING, self.load_factor, changed, self.answer)
+            return self._effect(NoteCode.BIAXIAL_CRUSHING, changed)
         return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
+
+    def _effect(self, code: NoteCode, changed: float) -> Note | None:
+        """Return the note on a changed load factor."""
+        return texts.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
 
     @property
     def admissible_state(self) -> AdmissibleState | None:

@@ -6,7 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array
-from blockstruct.limit import LimitProblem, Mirror, Ties
+from blockstruct.limit import LimitProblem
+from blockstruct.limit.mirror import Mirror
+from blockstruct.limit.ties import Ties
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
