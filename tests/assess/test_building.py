@@ -11,7 +11,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import Outcome
-from structures import SELF_WEIGHT, STONE, model_of, push, single_block
+from structures import SELF_WEIGHT, STONE, box, model_of, push, single_block
 
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
 DRY = bs.JointMaterial("dry", 0.7)
@@ -37,6 +37,38 @@ def test_the_weakest_direction_governs(found):
     assert found.table["governs"].sum() == 1
 
 
+def test_a_house_of_four_rigid_walls_by_hand():
+    """Each wall overturns alone about its outer edge: walls of 20 kN/m³, 3 m high, on dry joints, smooth at corners.
+
+    Push −y: the façade, 6 m long, 0.4 m thick and W = 144 kN, with a tie of T = 10 kN at 2.5 m:
+    α0 = (144 · 0.2 + 10 · 2.5) / (144 · 1.5) = 53.8 / 216 = 0.24907.
+    Push +y: the back wall, 0.6 m thick and W = 216 kN, with the same tie: (216 · 0.3 + 25) / (216 · 1.5) = 0.27716.
+    Push ±x: the left wall, 4.2 m long, 0.5 m thick and W = 126 kN, with a roof of 5 kN/m, Q = 21 kN, 0.2 m from its
+    outer edge. Outwards (126 · 0.25 + 21 · 0.2) / (126 · 1.5 + 21 · 3) = 35.7 / 252 = 0.14167, and inwards
+    (31.5 + 21 · 0.3) / 252 = 0.15. The right wall, 0.6 m / 3 m = 0.2, comes later.
+    One body has e* = 1, so a0* = α0 g / FC. The demand is 0.1 g · 1.2 / 2 = 0.06 g, the ratio α0 / (1.35 · 0.06).
+    """
+    walls = {
+        "front": ([0, 0, 0], [6, 0.4, 3]),
+        "back": ([0, 4.6, 0], [6, 0.6, 3]),
+        "left": ([0, 0.4, 0], [0.5, 4.2, 3]),
+        "right": ([5.4, 0.4, 0], [0.6, 4.2, 3]),
+    }
+    blocks = [box("ground", [-1, -1, -1], [8, 7, 1], fixed=True), *(box(name, *at) for name, at in walls.items())]
+    smooth = bs.JointMaterial("smooth", 0.0)
+    found = bs.detect_interfaces(blocks, joint_material=lambda i: DRY if "ground" in (i.minus, i.plus) else smooth)
+    tie = bs.Tie("tie", start="[3, 0, 2.5] m", end="[3, 5.2, 2.5] m", yield_force="10 kN")
+    roof = bs.LineLoad("5 kN/m", start="[0.2, 0.4, 3] m", end="[0.2, 4.6, 3] m")
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), roof])
+    house = bs.assess.building(bs.Model("house", blocks, found, ties=[tie]), dead, SITE, progress=False)
+    alpha = np.array([37.8 / 252, 35.7 / 252, 89.8 / 324, 53.8 / 216])
+    assert house.table["α"].to_numpy() == pytest.approx(alpha, rel=1e-6)
+    assert house.table["a0* [meter / second ** 2]"].to_numpy() == pytest.approx(alpha * 9.80665 / 1.35, rel=1e-6)
+    assert house.table["ratio"].to_numpy() == pytest.approx(alpha / 1.35 / 0.06, rel=1e-6)
+    assert [check.e_star for check in house.checks.values()] == pytest.approx([1.0] * 4)
+    assert (house.verdict.direction, house.governing.notes) == ("−x", ())
+
+
 def test_each_run_tells_the_time_that_is_left(capsys):
     """Also where no terminal shows it; progress=False prints nothing."""
     found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"])
@@ -49,11 +81,30 @@ def test_each_run_tells_the_time_that_is_left(capsys):
 
 
 def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
-    """A variant that is lower has notes of its own, whose effects were not known."""
+    """A variant that is lower has notes of its own, whose effects were not known. Each direction has an estimate."""
     runs = []
-    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", lambda run: runs.append(run) or run)
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
-    assert [run.name for run in runs] == [found.verdict.case]
+
+    def noted(run, *, is_estimate=False):
+        runs.append((run.name, is_estimate))
+        return run
+
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    assert runs == [("push +x", True), ("push +y", True), (found.verdict.case, False)]
+
+
+def test_an_estimated_effect_may_decide_which_direction_governs(monkeypatch):
+    """Along y a block is twice as safe. If a remedy leaves it a fifth, the variants are run there."""
+
+    def noted(run, *, is_estimate=False):
+        low = 0.2 * run.load_factor if run.case.variable.name == "push +y" else np.nan
+        return run.changed(outcome=replace(run.outcome, uniform_torsion=low, estimated=is_estimate))
+
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    assert (found.verdict.direction, list(found.analysis.spreads)) == ("+y", ["push +y"])
+    assert found.verdict.ratio == pytest.approx(0.2 * 0.5 / 1.35 / 0.06, rel=1e-5)
+    assert not found.governing.result.outcome.estimated
 
 
 def test_an_interrupt_ends_the_whole_building(monkeypatch):

@@ -40,6 +40,7 @@ NOTES = [
     text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
     text.torsion_note(["a|b"], 1.13, None, "reaction", at_corners=False),
     text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR),
+    text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR, is_estimate=True),
     text.effect_note(NoteCode.BIAXIAL_CRUSHING, 1.0, 1.02, REACTION),
     text.biaxial_note(["a|b"], 1.5, is_reaction=False),
     text.cells_note(1, 2, (62, 64), 0.052, is_reaction=False),

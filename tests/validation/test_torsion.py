@@ -13,6 +13,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.analysis.motions import with_effects
 from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
@@ -253,6 +254,20 @@ def test_corner_torsion_has_a_note():
     assert found["uniform"] == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)
     # What the load factor loses.
     assert found["share"] == pytest.approx(1 - UNIFORM / CORNERS, rel=1e-4)
+
+
+def test_the_first_steps_of_a_path_estimate_the_effect_of_torsion(tmp_path):
+    """Both paths of one block are flat after them. A file keeps the estimate, and that it is one."""
+    result = without_effect(solve(block("corners"), COUPLE, "nonassociative"))
+    estimated = with_effects(result, is_estimate=True)
+    limited = UNIFORM * FRICTION * WEIGHT
+    assert estimated.outcome.uniform_torsion == pytest.approx(limited, rel=1e-3)
+    (note,) = estimated.notes
+    assert (note.change, "estimated" in note.text) == (pytest.approx(UNIFORM / CORNERS - 1, abs=1e-3), True)
+    file = bs.save_analysis(bs.Analysis(result.model, {"case": estimated}, "", result.versions[0]), tmp_path / "a.h5")
+    assert bs.open_analysis(file)["case"].notes == (note,)
+    exact = with_effects(estimated)
+    assert (exact.outcome.uniform_torsion, exact.outcome.estimated) == (pytest.approx(limited, rel=1e-6), False)
 
 
 def uniform_friction(a, b, beside, cells=1500):

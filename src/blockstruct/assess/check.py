@@ -251,12 +251,12 @@ class LocalMechanismCheck:
         )
         own = [Line("acceleration of this way", a0, "C8.7.1.2.1.1, C8.7.1.2.1.5")]
         each = [
-            Line(*assessment.way_line(way.way, way.alpha, way.e_star, way.state.ratio, governs=way is first))
+            Line(*assessment.way_line(way.name, way.alpha, way.e_star, way.state.ratio, governs=way is first))
             for way in ways
         ]
         if first.way is Way.COLLAPSE:
             return section(first.state.name, list(first.state.lines), each if len(ways) > 1 else [])
-        return section(f"{first.state.name}, {first.way}", own, list(first.state.lines), each)
+        return section(f"{first.state.name}, {first.name}", own, list(first.state.lines), each)
 
     @property
     def _floor(self) -> str:

@@ -312,7 +312,8 @@ class _Request:
         for way, load_factor in remedies.items():
             low = load_factor / found.load_factor
             if low < 1 - EFFECT and (one := state(low * a0)):
-                ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low))
+                is_estimate = outcome.estimated and way is not Way.OTHER_PROCEDURE
+                ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low, is_estimate))
         return ways, notes
 
     def _notes_of_one_body(

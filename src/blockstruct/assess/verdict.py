@@ -28,6 +28,8 @@ class WayOfChecking:
         Velocity of the centroids and angular velocity, SI; None for the collapse mechanism.
     load_factor : float
         Load factor of this way, relative to the one of the collapse state.
+    is_estimate : bool
+        Whether the first steps of a loading path give this load factor.
     """
 
     way: Way
@@ -36,6 +38,12 @@ class WayOfChecking:
     state: LimitState
     motion: Array | None = None
     load_factor: float = 1.0
+    is_estimate: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the way."""
+        return f"{self.way}{', estimated' * self.is_estimate}"
 
     def effect(self, ratio: float) -> float:
         """Return the relative change of a ratio, by the load factor or by the motion of this way."""
@@ -125,6 +133,7 @@ class Verdict:
             self.governing.e_star,
             highest=highest if highest > (1 + ACCURACY) * self.ratio else None,
             floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - ACCURACY) * self.ratio else None,
+            is_estimate=self.governing.is_estimate,
         )
 
     def __str__(self) -> str:

@@ -6,6 +6,6 @@ doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Fen
 
 from blockstruct.procedures.dead_load import solve_dead_load
 from blockstruct.procedures.least_tie_force import LeastTies, least_ties
-from blockstruct.procedures.procedure import solve_limit_case
+from blockstruct.procedures.procedure import load_factor_at, solve_limit_case
 
-__all__ = ["LeastTies", "least_ties", "solve_dead_load", "solve_limit_case"]
+__all__ = ["LeastTies", "least_ties", "load_factor_at", "solve_dead_load", "solve_limit_case"]

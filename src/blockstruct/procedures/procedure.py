@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 #: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
 ALIKE = 5e-3
+#: Rounding of displacements, relative to them.
+_ROUNDING = 1e-9
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -163,6 +165,33 @@ def _associate(
         last_gap = gap
         linearisation = linearisation.after(program.problem, step.x[:, 0])
     return step
+
+
+def load_factor_at(displacement: float, problem: LimitProblem, bound: float, settings: ProcedureSettings) -> float:
+    """Return the load factor at a displacement of the loading path; NaN if the path ends before.
+
+    Parameters
+    ----------
+    displacement
+        As :attr:`Iteration.displacement`.
+    problem, settings
+        The limit problem and the steps of the path.
+    bound
+        Load factor with associative flow, or that of a similar problem; infinite without one. It scales the first
+        guess.
+
+    Returns
+    -------
+    float
+        Load factor of the first step that is as long, in multiples of the variable load of the case.
+    """
+    path = _path(ConicProgram(problem, settings), settings)
+    if path is None or path.dead_load is None:
+        return np.nan
+    while (step := path.advance(bound * problem.load_unit)) is not None:
+        if step.displacement >= displacement * (1 - _ROUNDING):
+            return step.of_case(problem).load_factor
+    return np.nan
 
 
 def _path(program: ConicProgram, settings: ProcedureSettings) -> "Path | None":

@@ -576,7 +576,7 @@ class CaseResult:
         changed = self.outcome.uniform_torsion
         if np.isnan(changed):
             return torsion_notes(self.model, self.history, self.answer.name)
-        effect = texts.effect_note(NoteCode.CORNER_TORSION, self.load_factor, changed, self.answer)
+        effect = self._effect(NoteCode.CORNER_TORSION, changed)
         # In narrow joints the remedy leaves much of the excess.
         left = torsion_notes(self.model, self.history, self.answer.name, limited=True)
         return [*([effect] if effect else []), *left]
@@ -587,8 +587,12 @@ class CaseResult:
             return None
         changed = self.outcome.biaxial_crushing
         if np.isfinite(changed):
-            return texts.effect_note(NoteCode.BIAXIAL_CRUSHING, self.load_factor, changed, self.answer)
+            return self._effect(NoteCode.BIAXIAL_CRUSHING, changed)
         return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
+
+    def _effect(self, code: NoteCode, changed: float) -> Note | None:
+        """Return the note on a changed load factor."""
+        return texts.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
 
     @property
     def admissible_state(self) -> AdmissibleState | None:

@@ -399,6 +399,7 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
         values["drift_low"], values["drift_high"] = outcome.drift
     values |= {name: value for name in _FACTS if math.isfinite(value := getattr(outcome, name))}
     values |= {"programs": outcome.programs} if outcome.programs else {}
+    values |= {"estimated": 1} if outcome.estimated else {}
     if result.n_iterations:
         values["associative_load_factor"] = result.associative_load_factor
     if result.certificate is not None:
@@ -482,6 +483,7 @@ def _outcome(ds: xr.Dataset, model: Model) -> Outcome:
         drift=(float(ds["drift_low"]), float(ds["drift_high"])) if "drift_low" in ds else None,
         path_end=PathEnd(a["path_end"]) if "path_end" in a else None,
         programs=int(ds["programs"]) if "programs" in ds else 0,
+        estimated="estimated" in ds,
         **facts,
     )
 

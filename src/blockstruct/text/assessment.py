@@ -66,7 +66,9 @@ def open_warnings(count: int) -> str:
     return f"not satisfied before {'the warning is' if count == 1 else f'{count} warnings are'} settled"
 
 
-def governing_way(way: Way, alpha: float, e_star: float, *, highest: float | None, floor: float | None) -> str:
+def governing_way(
+    way: Way, alpha: float, e_star: float, *, highest: float | None, floor: float | None, is_estimate: bool = False
+) -> str:
     """Return the sentences on the way that governs a check.
 
     Parameters
@@ -75,10 +77,13 @@ def governing_way(way: Way, alpha: float, e_star: float, *, highest: float | Non
         The way, its multiplier and its e*.
     highest, floor
         Highest ratio of the other ways, and ratio with e* = 1; None if they are no different.
+    is_estimate
+        Whether the first steps of a loading path give the multiplier.
     """
     texts = []
     if highest is not None:
-        texts.append(f"It is of {_WAYS[way]}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
+        kind = "an estimate for" if is_estimate else "of"
+        texts.append(f"It is {kind} {_WAYS[way]}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
         texts.append(f"Other ways give up to {ratio_text(highest)}.")
     if floor is not None:
         texts.append(f"No motion has less than {ratio_text(floor)}, the ratio with e* = 1.")
@@ -98,11 +103,11 @@ _WAYS = {
 }
 
 
-def way_line(way: Way, alpha: float, e_star: float, ratio: float, *, governs: bool) -> tuple[str, str]:
+def way_line(name: str, alpha: float, e_star: float, ratio: float, *, governs: bool) -> tuple[str, str]:
     """Return the name of a way to check, and its multiplier, e* and capacity over demand."""
     relied = ", relied on" if governs else ""
     numbers = f"α = {shown(alpha)}, e* = {shown(e_star)}: capacity / demand = {ratio_text(ratio)}{relied}"
-    return str(way), numbers
+    return name, numbers
 
 
 def acceleration_in_g(ag: float, text: str) -> str:

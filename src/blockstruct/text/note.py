@@ -1,7 +1,7 @@
 """Notes: sentences about a result, each with a code and a severity; those on the number of a case and its joints."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -79,11 +79,14 @@ class Note:
     severity : Severity
     text : str
         One to three sentences, each with a full stop.
+    change : float or None
+        Relative change of the number by the remedy that the note names, if it is known.
     """
 
     code: NoteCode
     severity: Severity
     text: str
+    change: float | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         return self.text
@@ -129,7 +132,9 @@ def torsion_note(joints: Sequence[str], times: float, share: float | None, answe
     return Note(NoteCode(f"{code}_possible"), Severity.CAUTION, f"{text} {remedy}")
 
 
-def effect_note(code: NoteCode, load_factor: float, changed: float, answer: Answer) -> Note | None:
+def effect_note(
+    code: NoteCode, load_factor: float, changed: float, answer: Answer, *, is_estimate: bool = False
+) -> Note | None:
     """Return the note on the change of a number by the remedy of a note; None below one percent.
 
     Parameters
@@ -140,13 +145,17 @@ def effect_note(code: NoteCode, load_factor: float, changed: float, answer: Answ
         Load factor of the case, and load factor that its remedy gives.
     answer
         Name of the number.
+    is_estimate
+        Whether the first steps of a loading path give ``changed``.
     """
     change = abs(changed) / abs(load_factor) - 1 if load_factor else np.inf * abs(changed)
     if not abs(change) >= EFFECT:
         return None
     side = "more" if change > 0 else "less"
-    text = f"With {_REMEDIES[code]} the {answer.name} is {answer.text(changed)}, {abs(change):.0%} {side}."
-    return Note(code, Severity.CAUTION, text)
+    about, source = ("about ", ", estimated by the first steps of its loading path") if is_estimate else ("", "")
+    number = answer.text(changed, digits=2 if is_estimate else 4)
+    text = f"With {_REMEDIES[code]} the {answer.name} is {about}{number}, {abs(change):.0%} {side}{source}."
+    return Note(code, Severity.CAUTION, text, float(change))
 
 
 def biaxial_note(joints: Sequence[str], times: float, *, is_reaction: bool) -> Note:

@@ -1,7 +1,8 @@
 """Sentences of the first page of a report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from blockstruct.text.note import Note
 from blockstruct.text.numbers import Answer, ratio_text, shown
 from blockstruct.vocabulary import Status, counted, listed
 
@@ -20,11 +21,18 @@ NO_DEMAND_OF_REACTION = (
 )
 
 
-def note_of_cases(text: str, cases: Sequence[str], relied_on: str) -> str:
-    """Return a note with its cases: the first, whose figures it states, and those that have one of its kind."""
-    first, *others = cases
-    named = text if first == relied_on else f"{first}: {text}"
-    return f"{named} Likewise: {listed(others)}." if others else named
+def note_of_cases(cases: Mapping[str, Note], relied_on: str) -> str:
+    """Return the note of the first case, with the other cases that have one of its kind.
+
+    Each of these has the relative change of its number, if it is known.
+    """
+    (first, note), *others = cases.items()
+    named = note.text if first == relied_on else f"{first}: {note}"
+    if not others:
+        return named
+    each = [name if other.change is None else f"{name} (about {other.change:+.0%})" for name, other in others]
+    differ = any(other.change is None and other.text != note.text for _, other in others)
+    return f"{named} This also applies to {listed(each)}{', with other figures' * differ}."
 
 
 def no_number(case: str, status: Status, answer: Answer, *, cases: int, checks: int) -> str:

@@ -135,7 +135,7 @@ class Notes:
     """
 
     def __init__(self) -> None:
-        self._cases: dict[str, list[str]] = {}
+        self._cases: dict[str, dict[str, Note]] = {}
         self._texts: dict[tuple[NoteCode, int], str] = {}
 
     def numbers(self, case: str, notes: Iterable[Note]) -> list[int]:
@@ -147,16 +147,15 @@ class Notes:
                 # A case may have several notes of one code.
                 text = self._texts.setdefault((note.code, met[note.code]), text)
             met[note.code] += 1
-            if case not in (cases := self._cases.setdefault(text, [])):
-                cases.append(case)
+            self._cases.setdefault(text, {})[case] = note
             texts.append(text)
         numbers = {text: number for number, text in enumerate(self._cases, start=1)}
         return list(dict.fromkeys(numbers[text] for text in texts))
 
     def listed(self, relied_on: str) -> list[tuple[int, str]]:
         """Return the number and the text of every note, with its cases unless it is only of the one relied on."""
-        each = enumerate(self._cases.items(), start=1)
-        return [(number, report.note_of_cases(text, cases, relied_on)) for number, (text, cases) in each]
+        each = enumerate(self._cases.values(), start=1)
+        return [(number, report.note_of_cases(cases, relied_on)) for number, cases in each]
 
 
 def cautions(result: bs.CaseResult) -> list[Note]:
