@@ -75,7 +75,7 @@ class Mirror:
     def about(
         cls, problem: LimitProblem, normal: Array, position: Array, points: ContactPoints, same: float = ROUNDING
     ) -> Self | None:
-        """Return the mirror about a plane through the middle of the free blocks; None if there is none.
+        """Return the mirror about a plane through the middle of the free blocks; None without one.
 
         ``normal`` (3,) is the normal of the plane, ``position`` (B, 3), m, the centroids of the blocks, and ``points``
         are the contact points. Wrenches are in axes that turn with each block. Lengths that differ by less than

@@ -50,7 +50,7 @@ SHORTEST = 1 / 4096
 BREAKS = 1e-4
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
-#: Load factor, relative to collapse, at which the push meets what it cannot move.
+#: Load factor, relative to collapse, above which something immovable stops the push.
 JAMS = 100.0
 #: Share of inertia in the work of the last step above which blocks fall. Speed, relative to the fastest block, above
 #: which a moving block is named.
@@ -417,7 +417,7 @@ class _Path:
         gaps = np.concatenate([moved.contacts.gap, moved.slack])
         units = np.concatenate([problem.force_unit, problem.ties.force_unit])
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
-        # Where a hinge moves along a joint, the contact point next to it carried the force before.
+        # If a hinge moves along a joint, the contact point next to it carried the force before.
         new = np.concatenate([before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
         across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
         if not across.any():

@@ -113,7 +113,7 @@ def solve_step(step: StepProblem, motion: Array, near: Array | None = None) -> S
     motion : (6 F,) array
         Displacements with which Newton's method begins.
     near : (6 F,) array, optional
-        Displacements with which splitting begins, those of a similar step; ``motion`` by default.
+        Displacements of a similar step, with which splitting begins; ``motion`` by default.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def _solve(step: StepProblem, motion: Array, near: Array) -> StepSolution | None
 
 
 def _solve_half(step: StepProblem, mirror: Mirror, motion: Array, near: Array) -> StepSolution | None:
-    """Solve a step of a structure that is its own mirror image by that of its half."""
+    """Solve a step of a structure that is its own mirror image by solving its half."""
     # Motions of blocks in the plane of symmetry that are not symmetrical have empty columns.
     some = np.flatnonzero(np.diff(mirror.T.tocsc().indptr))
     T = sp.csr_array(mirror.T[:, some])
