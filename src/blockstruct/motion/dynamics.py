@@ -1,7 +1,7 @@
 """Move rigid blocks with mass that touch, rub and strike each other."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -51,8 +51,6 @@ class Contacts:
     friction : (K,) array
     yields : (K, 1) array, 1/kg
         Sum of the inverse masses of the two blocks.
-    force : (K, 3) array, N
-        In the step before: normal, and along the tangents.
     system : _System
         Unknowns that the contacts connect.
     """
@@ -63,7 +61,6 @@ class Contacts:
     frame: Array
     friction: Array
     yields: Array
-    force: Array
     system: "_System"
 
 
@@ -98,11 +95,14 @@ class Motion:
         Those of supports are zero.
     last_step : float
         Length of the step before, s; zero at first.
+    force : (K, 3) array, N
+        Of each contact in the step before: normal, and along the tangents.
     """
 
     placement: Placement
     momentum: Array
     last_step: float
+    force: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +113,6 @@ class Step:
     ----------
     motion : Motion
         After the step.
-    contacts : Contacts
-        The same, with their forces.
-    forces : ContactForces
     impulse_time : float
         Time for which forces act, s: from the middle of the step before to the middle of this one.
     twist, mean : (B, 6) arrays
@@ -131,8 +128,6 @@ class Step:
     """
 
     motion: Motion
-    contacts: Contacts
-    forces: ContactForces
     impulse_time: float
     twist: Array
     mean: Array
@@ -178,8 +173,8 @@ class Dynamics:
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
 
-    def contacts(self, placement: Placement, reach: float, before: ContactForces) -> Contacts:
-        """Return the contacts with gaps up to ``reach``, m, with the forces before at the nearest contact of each."""
+    def contacts(self, placement: Placement, reach: float, before: ContactForces) -> tuple[Contacts, Array]:
+        """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact."""
         points, gap, face = self._structure.points(placement, reach)
         ends = np.stack([points.minus, points.plus])
         R = placement.rotation[ends]
@@ -193,16 +188,24 @@ class Dynamics:
         )
         sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
         np.add.at(force, at, sign[:, None] * before.force[row])
-        return Contacts(
+        found = Contacts(
             ends=ends,
             arm=_turned(R.transpose(0, 1, 3, 2), arm),
             face=face,
             frame=points.frame @ placement.rotation[face],
             friction=points.friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
-            force=_turned(points.frame, force),
             system=_System(self._slot[ends], len(self._free)),
         )
+        return found, _turned(points.frame, force)
+
+    def forces(self, motion: Motion, contacts: Contacts) -> ContactForces:
+        """Return the forces of the step before on the moved blocks."""
+        R, loaded = motion.placement.rotation, motion.force[:, 0] > 0
+        minus, plus = contacts.ends[:, loaded]
+        own = (motion.force[loaded, None] @ contacts.frame[loaded])[:, 0]
+        point = self._centres(motion.placement)[plus] + _turned(R[plus], contacts.arm[1, loaded])
+        return ContactForces(minus, plus, point, _turned(R[contacts.face[loaded]], own))
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
         """Return the state after a step; None without a solution.
@@ -232,7 +235,7 @@ class Dynamics:
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
         if not whole:
-            h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float((V * momentum).sum()))
+            h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float(np.vdot(V, momentum)))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
         spin = (before[:, 3:] @ ACROSS).reshape(-1, 3, 3)
@@ -243,7 +246,7 @@ class Dynamics:
         compliance = square * contacts.yields
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
-        resting[:, 1:] += contacts.force[:, 1:]
+        resting[:, 1:] += motion.force[:, 1:]
         time = h + self.time_step * (gap <= 0)[:, None]
         damping = time / compliance
         acting = loads(h)
@@ -251,24 +254,20 @@ class Dynamics:
         equations = _Equations(system, parts, M / k, push, self._unit, resting, damping, contacts.friction)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
         share = np.minimum(square / (k * time), 0.5)
-        guess = contacts.force + share * (resting - damping * v - contacts.force)
+        guess = motion.force + share * (resting - damping * v - motion.force)
         found = equations.solved(V, v, guess)
         if found is None:
             return None
         V, x = found.V, found.x
         twist[free], after[free] = V, _turned(M, V)
         mean = (twist + before) / 2
-        loaded = x[:, 0] > 0
-        force = (x[loaded, None] @ frame[loaded])[:, 0]
         return Step(
-            motion=Motion(self._moved(motion.placement, twist, h), after, h),
-            contacts=replace(contacts, force=x),
-            forces=ContactForces(ends[0, loaded], ends[1, loaded], point[1, loaded], force),
+            motion=Motion(self._moved(motion.placement, twist, h), after, h, x),
             impulse_time=k,
             twist=twist,
             mean=mean,
-            dissipated_energy=-k * float((x * system.relative(parts, mean[free])).sum()),
-            kinetic_energy=float((twist * after).sum()) / 2,
+            dissipated_energy=-k * float(np.vdot(x, system.relative(parts, mean[free]))),
+            kinetic_energy=float(np.vdot(twist, after)) / 2,
             iterations=found.iterations,
             loads=acting,
         )
