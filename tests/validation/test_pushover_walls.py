@@ -95,4 +95,4 @@ def test_a_large_wall_in_its_plane(tuff, dry):
     before = curve.sel(step=where)
     assert np.all(np.diff(before["load_factor"]) < 0.01)
     assert before["energy_error"].max() < 1e-3
-    assert before["energy_error"].median() < 1e-4
+    assert before["energy_error"].median() < 5e-4
