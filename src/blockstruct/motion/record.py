@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
-from blockstruct.limit import Fall, RecordState
+from blockstruct.limit.response import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
 from blockstruct.motion.dynamics import ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
