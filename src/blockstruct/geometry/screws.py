@@ -6,16 +6,13 @@ from blockstruct.arrays import Array
 
 #: Angle, radians, below which the series of a rotation is exact to rounding.
 SMALL = 1e-3
-#: Shares of a rotation: series in the square of a small angle, and functions of the angle.
-SERIES = (lambda s: 1 - s / 6, lambda s: 0.5 - s / 24, lambda s: 1 / 6 - s / 120)
-EXACT = (lambda a: np.sin(a) / a, lambda a: (1 - np.cos(a)) / a**2, lambda a: (a - np.sin(a)) / a**3)
 #: Matrices of the cross product with the unit vectors, (3, 9).
 SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(0, 2, 1).reshape(3, 9)
 
 
 def rotation_matrices(vectors: Array) -> Array:
     """Return the rotation matrices (n, 3, 3) of rotation vectors (n, 3), rad (O. Rodrigues)."""
-    sine, cosine = _shares(vectors, 2)
+    sine, cosine, _ = _shares(vectors)
     K = _skew(vectors)
     return np.asarray(np.eye(3) + sine[:, None, None] * K + cosine[:, None, None] * (K @ K))
 
@@ -53,14 +50,16 @@ def screw_motions(translations: Array, rotations: Array) -> tuple[Array, Array]:
     return R, np.einsum("nij,nj->ni", V, translations)
 
 
-def _shares(vectors: Array, number: int = 3) -> list[Array]:
-    """Return the first of ``sin θ / θ``, ``(1 − cos θ) / θ²``, ``(θ − sin θ) / θ³`` for the lengths θ of vectors."""
+def _shares(vectors: Array) -> list[Array]:
+    """Return ``sin θ / θ``, ``(1 − cos θ) / θ²`` and ``(θ − sin θ) / θ³`` for the lengths θ of vectors."""
     angle = np.linalg.norm(vectors, axis=1)
     square, large = angle**2, angle >= SMALL
-    shares = [series(square) for series in SERIES[:number]]
+    shares = [1 - square / 6, 0.5 - square / 24, 1 / 6 - square / 120]
     if large.any():
-        for share, exact in zip(shares, EXACT, strict=False):
-            share[large] = exact(angle[large])
+        a = angle[large]
+        exact = np.sin(a) / a, (1 - np.cos(a)) / a**2, (a - np.sin(a)) / a**3
+        for share, value in zip(shares, exact, strict=True):
+            share[large] = value
     return shares
 
 
