@@ -25,7 +25,7 @@ SPLITS, TRIES = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
 #: the gap. Contacts are searched again when two blocks together may have moved by the gap; from a state that is kept
 #: when they may have moved by half of the gap, or after this number of states.
-REACH, AHEAD, KEPT = 0.02, 8, 16
+REACH, AHEAD, KEPT = 0.02, 16, 16
 #: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
 #: relative to gravity. At the turn of a motion, only the first is small.
 REST, STILL = 1e-7, 1e-2
