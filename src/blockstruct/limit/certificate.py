@@ -209,7 +209,8 @@ def certify(  # noqa: PLR0913
         problem.torsion.excess(x, resistance) / np.maximum(problem.torsion.total(n), 1.0),
     )
     # Unlike the built-in max, numpy propagates a NaN.
-    excess = float(np.concatenate(excesses).max())
+    every = np.concatenate(excesses)
+    excess = float(every.max()) if len(every) else 0.0
     opening = apart - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities have local units of force; penetration is relative to the fastest point.

@@ -213,7 +213,7 @@ def _mates(before: Array, after: Array, same: float) -> Index:
     def order(keys: Array) -> Index:
         key = keys @ _WEIGHTS[: keys.shape[1]]
         by_key = np.argsort(key)
-        group = np.append(0, np.cumsum(np.diff(key[by_key]) > same))
+        group = np.cumsum(np.diff(key[by_key], prepend=-np.inf) > same)
         return np.asarray(by_key[np.lexsort((by_key, group))])
 
     mates = np.empty(len(before), dtype=np.int64)

@@ -76,7 +76,7 @@ class MovedProblem:
     @cached_property
     def mirror(self) -> Mirror | None:
         """The problem of half of the structure; None if blocks have not moved symmetrically."""
-        if self.plane is None:
+        if self.plane is None or not len(self.contacts.gap):
             return None
         return Mirror.about(self.problem, self.plane, self.placement.position, self.contacts.points, ALIKE)
 

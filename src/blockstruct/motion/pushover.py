@@ -205,12 +205,12 @@ class _Path:
         )
         self._course.take(settled)
         way = COMPLIANCE * self._length
-        while way <= GROWTH * self._even:
+        while way <= GROWTH * self._even and self.end() is None:
             following = self.advance(way)
-            if following is None or following.holds:
+            if following is None or (following.holds and not following.falls):
                 return following
             self.take(following)
-            way = GROWTH * self._way(following)
+            way = way if following.falls else GROWTH * self._way(following)
         return None
 
     def advance(self, way: float | None = None) -> MotionState | None:
@@ -300,20 +300,16 @@ class _Path:
         begins slowly: its height grows until blocks fall.
         """
         height = self._height(memory)
-        found = self._fallen_from(placement, twist, memory, height) if memory.falls else None
-        if found is not None and self._is_falling(found):
-            return found
+        if memory.falls:
+            if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
+                return fallen
+            height *= GROWTH**2
         pushed = self._pushed(placement, twist, way, memory)
         while pushed is None and height < HIGHEST * self._length:
-            found = self._fallen_from(placement, twist, memory, height)
-            if found is not None and self._is_falling(found):
-                return found
+            if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
+                return fallen
             height *= GROWTH**2
         return pushed
-
-    def _is_falling(self, found: MotionState) -> bool:
-        """Return whether blocks move further in a fall than the control point moves them."""
-        return self._way(found) > OFF * SHORTEST * WIDEST * self._length
 
     def _pushed(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement and its step of a way, which may be shorter.
@@ -362,7 +358,7 @@ class _Path:
     ) -> MotionState | None:
         """Return the state at a placement and a step in which blocks fall by a height.
 
-        The control point waits.
+        The control point waits; None if no block moves further than with it.
         """
         reach = WIDEST * self._length
         moved = self._course.at(placement, reach)
@@ -372,8 +368,9 @@ class _Path:
         while height > CLOSED * self._length:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
-                jams = abs(solved.load_factor) > JAMS * self.scale
-                return None if jams else self._completed(moved, solved, inertia_time, falls=True)
+                found = self._completed(moved, solved, inertia_time, falls=True)
+                jams = abs(found.load_factor) > JAMS * self.scale
+                return None if jams or self._way(found) <= OFF * SHORTEST * reach else found
             height = min(height, reach) / 4
         return None
 
