@@ -12,14 +12,13 @@ import blockstruct as bs
 
 SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
 API = "the public interface"
-GROUND = {"arrays", "errors", "keywords", "units", "vocabulary", "notebook", "schema", "files"}
+GROUND = {"arrays", "errors", "units", "vocabulary", "notebook", "schema", "files"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
     "vocabulary": set(),
     "notebook": set(),
-    "keywords": {"errors"},
-    "schema": {"errors", "keywords"},
+    "schema": {"errors"},
     "files": {"errors"},
     "units": {"errors"},
     "geometry": {"arrays", "errors"},
@@ -43,7 +42,7 @@ MAY_IMPORT = {
     "adapters": {API, "arrays", "imports", "geometry", "units"},
     "views": {API, "analysis", "arrays", "text", "geometry", "units", "vocabulary", "files"},
     "__main__": {"cli"},
-    "cli": {API, "keywords", "vocabulary", "analysis", "text", "views"},
+    "cli": {API, "errors", "vocabulary", "analysis", "text", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
 ROOMS: dict[str, list[Path]] = {}
@@ -167,7 +166,7 @@ def test_the_help_of_the_console_loads_no_room_but_its_own():
     loaded = {"numpy", "pint", *(f"blockstruct.{room}" for room in ROOMS)} & set(
         ast.literal_eval(done.stdout.splitlines()[-1])
     )
-    assert loaded == {f"blockstruct.{room}" for room in ("cli", "errors", "keywords", "vocabulary")}
+    assert loaded == {f"blockstruct.{room}" for room in ("cli", "errors", "vocabulary")}
 
 
 def test_what_is_loaded_later_is_there():

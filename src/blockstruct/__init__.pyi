@@ -18,9 +18,9 @@ from blockstruct.analysis import ties as ties
 from blockstruct.contacts import detect_interfaces as detect_interfaces
 from blockstruct.documents import read_document as read_document
 from blockstruct.documents import write_document as write_document
-from blockstruct.limit import FictitiousSchedule as FictitiousSchedule
-from blockstruct.limit import Numerics as Numerics
-from blockstruct.limit import ProcedureSettings as ProcedureSettings
+from blockstruct.limit.settings import FictitiousSchedule as FictitiousSchedule
+from blockstruct.limit.settings import Numerics as Numerics
+from blockstruct.limit.settings import ProcedureSettings as ProcedureSettings
 from blockstruct.model import AreaLoad as AreaLoad
 from blockstruct.model import Block as Block
 from blockstruct.model import BodyForce as BodyForce

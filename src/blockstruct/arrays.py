@@ -1,4 +1,4 @@
-"""Types of arrays in annotations."""
+"""Types of arrays in annotations; what counts as equal and as zero in them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,3 +6,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+
+#: Relative difference of numbers that are equal up to rounding, and cosine or sine of an angle that is zero.
+ROUNDING = 1e-9
+#: Share of a whole that counts as zero: solvers are no more exact, and files of other programs have fewer digits.
+NEGLIGIBLE = 1e-6

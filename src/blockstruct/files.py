@@ -12,6 +12,8 @@ import pandas as pd
 
 from blockstruct.errors import StorageError
 
+#: Most bytes, characters or values of one part of a file or an argument: more are a mistake, or an attack.
+MOST_READ = 1_000_000
 #: Start of a spreadsheet formula that is not a number.
 _FORMULA = re.compile(r"(?![-+]?\d*\.?\d+([eE][-+]?\d+)?\Z)[=+\-@\t\r]")
 

@@ -8,8 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from blockstruct.errors import decimal_point, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.errors import decimal_point, did_you_mean, shown
 
 #: Largest number of violations listed. An instance with more is of another kind.
 MOST_VIOLATIONS = 100

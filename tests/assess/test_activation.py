@@ -12,7 +12,8 @@ from blockstruct.assess.activation import _Search, least_activation
 from blockstruct.assess.freedom import separate_mechanisms
 from blockstruct.assess.notes import without_small
 from blockstruct.assess.participation import HorizontalForces, of_bodies
-from blockstruct.limit import LimitProblem, certify
+from blockstruct.limit import LimitProblem
+from blockstruct.limit.certificate import certify
 from blockstruct.limit.motion import unit_of_velocity
 from blockstruct.statics import Statics
 from facades import solve

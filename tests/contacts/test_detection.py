@@ -11,7 +11,7 @@ from blockstruct import Q_
 from blockstruct.contacts import detection
 from blockstruct.errors import GeometryError
 from blockstruct.model import fit
-from blockstruct.structures.prism import prism
+from blockstruct.structures.builder import prism
 from properties import few
 from refusals import refused
 from structures import STONE, box, moved, push, rotation, solve

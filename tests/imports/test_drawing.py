@@ -10,7 +10,7 @@ import shapely
 from ezdxf.render import MeshBuilder
 
 import blockstruct as bs
-from blockstruct.imports.outline import divided_arcs, read_outline
+from blockstruct.imports.drawing import divided_arcs, read_outline
 from meshes import CUBE, QUADS
 from refusals import refused
 

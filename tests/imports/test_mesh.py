@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.contacts import corrected_joints
-from blockstruct.imports.outline import prism
+from blockstruct.imports.drawing import prism
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, objects_text, ply_text, read, saved, stl_bytes
 from properties import few
 from structures import STONE, box, moved, rotation

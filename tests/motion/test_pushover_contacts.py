@@ -5,7 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.structures.prism import prism
+from blockstruct.structures.builder import prism
 from structures import SELF_WEIGHT, STONE, box, model_of, push
 
 SMOOTH, ROUGH = bs.JointMaterial("smooth", 0.3), bs.JointMaterial("rough", 2.0)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct.limit import LimitProblem, Placement
+from blockstruct.limit import LimitProblem
 from blockstruct.motion import MotionState, MovingProblem
 from blockstruct.motion.course import forces_at, loaded
-from blockstruct.statics import Statics
-from blockstruct.structures.prism import prism
+from blockstruct.statics import Placement, Statics
+from blockstruct.structures.builder import prism
 from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation
 
 #: The procedure whose collapse state these curves begin with.

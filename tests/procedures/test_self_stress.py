@@ -9,8 +9,9 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
-from blockstruct.limit import ConicProgram, LimitProblem, scheduled
+from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.limit.friction import true_sliding
+from blockstruct.limit.settings import scheduled
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics

@@ -7,7 +7,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.limit import ConicProgram, LimitProblem, certify, true_sliding
+from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
+from blockstruct.limit.certificate import certify
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.solvers.interior_point import ContactProblem, Step
 from blockstruct.statics import Statics

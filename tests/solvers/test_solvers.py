@@ -5,15 +5,11 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct.limit import (
-    ConicProgram,
-    LimitProblem,
-    Objective,
-    ProcedureSettings,
-    certify,
-    fictitious_sliding,
-    true_sliding,
-)
+from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.friction import fictitious_sliding
+from blockstruct.limit.program import Objective
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers import ClarabelSolver, RememberingSolver
 from blockstruct.solvers.cvxpy import CvxpySolver
 from blockstruct.statics import Statics

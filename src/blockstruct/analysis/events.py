@@ -8,11 +8,12 @@ from time import perf_counter
 from typing import Any, Literal
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.limit import Iteration, LimitProblem, RecordState
+from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.limit.response import RecordState
 from blockstruct.model import Case, MovingCase, RecordCase, SettlementCase
 from blockstruct.motion import MotionState
 from blockstruct.notebook import in_notebook, is_terminal, is_watched
-from blockstruct.results import CaseResult
+from blockstruct.results.case_result import CaseResult
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import counted, in_words
 

@@ -23,28 +23,24 @@ from blockstruct.analysis.events import (
     tell,
     with_progress,
 )
-from blockstruct.analysis.motions import ReplaySolver, followed, kept_state, responded, with_effects
+from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, followed, kept_state, responded, with_effects
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
-from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, Solver, schedules_of
+from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.limit.iteration import conclude
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import Case, Model, RecordCase, checked_text, checked_tuple, has_curve
 from blockstruct.procedures import solve_dead_load, solve_limit_case
-from blockstruct.results import (
-    Analysis,
-    CaseResult,
-    Comparison,
-    checked_parameters,
-    checked_tags,
-    compare,
-    division_of,
-    history_of,
-    history_variables,
-    iteration_variables,
-    state_arrays,
-)
+from blockstruct.results import compare, history_of
+from blockstruct.results.analysis import Analysis, checked_parameters, checked_tags
+from blockstruct.results.capacity import state_arrays
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.comparison import Comparison
+from blockstruct.results.history import division_of, history_variables, iteration_variables
 from blockstruct.solvers import RememberingSolver, solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy
-from blockstruct.vocabulary import Reason, Status
+from blockstruct.vocabulary import Status
 
 #: Statics and limit problem of each case by its name.
 Problems = Mapping[str, tuple[Statics, LimitProblem]]
@@ -359,15 +355,16 @@ class AnalysisManager:
         )
         steps = replay.follow(solved) if replay else solved
         iterations: list[Iteration] = []
-        outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
+        outcome = INTERRUPTED
         started_at = before.started_at if before.n_iterations else plan.now()
+
+        def hear(iteration: Iteration) -> None:
+            iterations.append(iteration)
+            tell(listeners, IterationDone(case, len(iterations) - 1, iteration))
+
         try:
             tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
-            while True:
-                iterations.append(next(steps))
-                tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
-        except StopIteration as stop:
-            outcome = stop.value
+            outcome = conclude(steps, hear)
         except KeyboardInterrupt:
             if len(iterations) < before.n_iterations:
                 return before

@@ -5,6 +5,7 @@ on the problem, the settings and the earlier solutions. So it runs again from th
 first solutions.
 """
 
+import contextlib
 from collections.abc import Iterable
 from dataclasses import replace
 from time import perf_counter
@@ -15,25 +16,17 @@ import xarray as xr
 
 from blockstruct.analysis.events import Listener, StateDone, StepDone, tell
 from blockstruct.errors import FormatError
-from blockstruct.limit import (
-    ConicProgram,
-    Iteration,
-    LimitProblem,
-    Outcome,
-    ProcedureSettings,
-    ProgramData,
-    RecordState,
-    Solution,
-    Solver,
-    velocities_of,
-)
-from blockstruct.limit.iteration import Steps
+from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome
+from blockstruct.limit.iteration import Steps, changed_steps, conclude
+from blockstruct.limit.motion import velocities_of
+from blockstruct.limit.program import ProgramData, Solution, Solver
+from blockstruct.limit.response import RecordState
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Model, RecordCase, has_curve
 from blockstruct.model.fields import changed
 from blockstruct.motion import MotionState, MovingProblem, follow, respond
 from blockstruct.procedures import load_factor_at, solve_limit_case
-from blockstruct.results import (
-    CaseResult,
+from blockstruct.results.capacity import (
     arrays_of_response,
     beginning_of,
     capacity_of,
@@ -41,6 +34,8 @@ from blockstruct.results import (
     state_arrays,
     steps_of,
 )
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.history import forces_in, motions_in
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status, Torsion
@@ -70,17 +65,17 @@ def followed(
     states: list[MotionState] = [] if result.capacity is None else steps_of(result.capacity)
     going = follow(MovingProblem(statics, problem, case), collapse, result.settings, list(states))
     outcome, ended = result.outcome, None
+
+    def hear(state: MotionState) -> None:
+        states.append(state)
+        tell(listeners, StepDone(case, len(states) - 1, state))
+
     try:
         for k, state in enumerate(states):
             tell(listeners, StepDone(case, k, state))
-        while True:
-            state = next(going)
-            states.append(state)
-            tell(listeners, StepDone(case, len(states) - 1, state))
-    except StopIteration as stop:
-        ended = stop.value
+        ended = conclude(going, hear)
     except KeyboardInterrupt:
-        outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
+        outcome = INTERRUPTED
     return replace(
         result,
         outcome=outcome,
@@ -90,6 +85,8 @@ def followed(
     )
 
 
+#: Outcome of a case that a KeyboardInterrupt ends.
+INTERRUPTED = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
 _STATUS = {
     Reason.AT_REST: Status.STANDS,
     Reason.BLOCKS_FALLEN: Status.COLLAPSES,
@@ -110,21 +107,17 @@ def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners:
         count = k + 1
         is_kept = result.response["state_of_contact"] <= k
         pieces.append(arrays_of_response(result.response.isel(time=slice(count), contact=is_kept.to_numpy())))
-    going = respond(statics, case, last)
-    outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
-    states: list[RecordState] = []
-    try:
-        while True:
-            last = next(going)
-            states.append(last)
-            tell(listeners, StateDone(case, count, last))
-            count += 1
-    except StopIteration as stop:
-        reason: Reason = stop.value
+    outcome, states = INTERRUPTED, list[RecordState]()
+
+    def hear(state: RecordState) -> None:
+        states.append(state)
+        tell(listeners, StateDone(case, count + len(states) - 1, state))
+
+    with contextlib.suppress(KeyboardInterrupt):
+        reason = conclude(respond(statics, case, last), hear)
+        last = states[-1] if states else last
         time = last.time if last is not None and reason is Reason.BLOCKS_FALLEN else np.nan
         outcome = Outcome(_STATUS[reason], np.nan, reason, collapse_time=time)
-    except KeyboardInterrupt:
-        pass
     pieces += [state_arrays(states)] if states else []
     response = None
     if pieces:
@@ -159,12 +152,9 @@ class ReplaySolver:
     def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
         self._problem, self._solver = problem, solver
         self._history = history
-        motion = [self._history[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")]
-        self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
-        self._T = np.zeros((len(self._x), 0))
-        if len(problem.ties):
-            self._T = self._history["tie_force"].to_numpy() / problem.ties.force_unit - problem.ties.prestress_D
-        self._u = velocities_of(statics, problem, np.concatenate(motion, axis=2)) * problem.load_unit
+        self._x, T = forces_in(problem, history)
+        self._T = T - problem.ties.prestress_D
+        self._u = velocities_of(statics, problem, motions_in(history)) * problem.load_unit
         self._found_anew = np.isin(history["stage"].to_numpy(), [s.value for s in _FOUND_ANEW])
         self._next = 0
 
@@ -176,16 +166,14 @@ class ReplaySolver:
         FormatError
             If this version of blockstruct would solve other programs than the history has.
         """
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as stop:
-                outcome: Outcome = stop.value
-                return outcome
+
+        def compared(step: Iteration) -> Iteration:
             if self._next < self._history.sizes["iteration"]:
                 _compare(step, self._history.isel(iteration=self._next), self._next)
             self._next += 1
-            yield step
+            return step
+
+        return changed_steps(steps, compared)
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
         """Return the solution of one program."""
@@ -212,15 +200,9 @@ def kept_state(statics: Statics, problem: LimitProblem, history: xr.Dataset, las
     with the same digits as a run that was killed and resumed.
     """
     row = history.isel(iteration=[-1])
-    motion = np.concatenate([row[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")], axis=2)
-    tie_force = row["tie_force"].to_numpy()[0] / problem.ties.force_unit if len(problem.ties) else last.tie_force
-    return replace(
-        last,
-        load_factor=float(row["load_factor"][0]),
-        x=row["contact_force"].to_numpy()[0] / problem.force_unit[:, None],
-        u=velocities_of(statics, problem, motion)[0],
-        tie_force=tie_force,
-    )
+    x, T = forces_in(problem, row)
+    u = velocities_of(statics, problem, motions_in(row))
+    return replace(last, load_factor=float(row["load_factor"][0]), x=x[0], u=u[0], tie_force=T[0])
 
 
 def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:
@@ -290,12 +272,10 @@ def _estimated(model: Model, result: CaseResult, settings: ProcedureSettings) ->
 
 def _load_factor(model: Model, result: CaseResult, settings: ProcedureSettings) -> float:
     """Return the load factor of a case with another model and other settings; NaN without a settled one."""
-    steps = solve_limit_case(_problem(model, result, settings), result.case.flow, settings, solver_of(settings))
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            return float(stop.value.load_factor) if stop.value.status is Status.CONVERGED else np.nan
+    outcome = conclude(
+        solve_limit_case(_problem(model, result, settings), result.case.flow, settings, solver_of(settings))
+    )
+    return outcome.load_factor if outcome.status is Status.CONVERGED else np.nan
 
 
 def _problem(model: Model, result: CaseResult, settings: ProcedureSettings) -> LimitProblem:

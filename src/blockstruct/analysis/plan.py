@@ -13,10 +13,14 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning, VersionWarning
-from blockstruct.limit import LimitProblem, Numerics, Outcome, ProcedureSettings, scheduled
+from blockstruct.limit import LimitProblem, Outcome
+from blockstruct.limit.settings import Numerics, ProcedureSettings, scheduled
 from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated, has_curve
 from blockstruct.motion import check_moving_case, check_record
-from blockstruct.results import Analysis, CaseResult, LazyHistory, history_of, run_name
+from blockstruct.results import history_of
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CaseResult, LazyHistory
+from blockstruct.results.spread import run_name
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, MovingStructure, Statics
 from blockstruct.storage import patterns

@@ -27,7 +27,8 @@ import pandas as pd
 
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings
+from blockstruct.limit import Certificate, LimitProblem
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import (
     TIE_QUANTITIES,
     AnyTie,
@@ -43,7 +44,8 @@ from blockstruct.model import (
     tie_segments,
 )
 from blockstruct.procedures import least_ties
-from blockstruct.results import Analysis, tie_state, ties_at_collapse
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.ties import tie_state, ties_at_collapse
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.text import least_ties_sentence

@@ -29,12 +29,14 @@ import scipy.sparse as sp
 
 from blockstruct.arrays import Array, Index
 from blockstruct.assess.participation import HorizontalForces, Participation
-from blockstruct.limit import ConicProgram, LimitProblem, ProcedureSettings, Sliding
-from blockstruct.limit.friction import frozen_sliding
-from blockstruct.limit.motion import unit_of_velocity
+from blockstruct.limit import ConicProgram, LimitProblem
+from blockstruct.limit.friction import Sliding, frozen_sliding
+from blockstruct.limit.motion import joined, unit_of_velocity
 from blockstruct.limit.problem import total
-from blockstruct.limit.rigid import joined
-from blockstruct.results import CaseResult, MacroBlock, division_of
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.results import MacroBlock
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.history import division_of
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics

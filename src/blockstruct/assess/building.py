@@ -22,12 +22,13 @@ from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.unit_sizes import UnitSizes
 from blockstruct.assess.verdict import Verdict
-from blockstruct.errors import ModelError, StorageError
-from blockstruct.keywords import made_again
-from blockstruct.limit import ProcedureSettings, schedules_of
+from blockstruct.errors import ModelError, StorageError, made_again
+from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
 from blockstruct.notebook import html_table, is_watched
-from blockstruct.results import Analysis, CaseResult, Spread
+from blockstruct.results import Spread
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CaseResult
 from blockstruct.text import NoteCode, assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
 

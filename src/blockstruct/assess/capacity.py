@@ -12,7 +12,8 @@ from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
-from blockstruct.results import CaseResult, MacroBlock
+from blockstruct.results import MacroBlock
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate

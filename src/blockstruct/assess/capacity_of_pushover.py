@@ -12,7 +12,8 @@ from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
-from blockstruct.results import CaseResult, block_rotations
+from blockstruct.results import block_rotations
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import counted

@@ -16,8 +16,9 @@ from blockstruct.assess.spectrum import Spectrum
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.notebook import html_table
-from blockstruct.results import CaseResult, MacroBlock, with_motion
-from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results import MacroBlock
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.mechanism import ACCURACY, with_motion
 from blockstruct.text import (
     LISTED,
     SMALL,

@@ -6,8 +6,7 @@ from numbers import Real
 import numpy as np
 
 from blockstruct.assess.lines import Line
-from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import check_known
+from blockstruct.errors import ModelError, check_known, shown
 from blockstruct.text import Note
 from blockstruct.text.assessment import changed_coefficients
 

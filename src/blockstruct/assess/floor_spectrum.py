@@ -9,14 +9,13 @@ import numpy as np
 from attrs import field, frozen
 from numpy.typing import ArrayLike
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
 from blockstruct.model.fields import named_arguments, number, scalar
-from blockstruct.results.interfaces import ROUNDING
 from blockstruct.text import in_g, shown
 from blockstruct.units import si
 from blockstruct.vocabulary import counted
@@ -273,7 +272,7 @@ def _check_site(who: str, weaker: NtcSpectrum, stronger: NtcSpectrum) -> None:
         if one != other:
             msg = f"{who}: {what} {one!r} and {other!r}, for one site; give both with the same {what}"
             raise ModelError(msg)
-    if weaker.ag > (1 + ROUNDING) * stronger.ag:
+    if weaker.ag > (1 + NEGLIGIBLE) * stronger.ag:
         ag = " and ".join(in_g(spectrum.ag, g) for spectrum in (weaker, stronger))
         msg = f"{who}: ag is {ag}, but it must not fall from SLD to SLV to SLC; give each limit state its own"
         raise ModelError(msg)

@@ -7,8 +7,10 @@ import numpy as np
 from blockstruct.arrays import Array
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.model import TieSegment, tie_segments
-from blockstruct.results import CaseResult, MacroBlock, tie_state
+from blockstruct.results import MacroBlock
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results.ties import tie_state
 from blockstruct.vocabulary import TieState
 
 #: Force at a joint, relative to the weight of the lesser body, that counts as zero.

@@ -30,11 +30,11 @@ from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.tolerances import OTHER_CURVE
 from blockstruct.assess.verdict import WayOfChecking
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, check_known
 from blockstruct.errors import shown as as_given
-from blockstruct.keywords import check_known
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
-from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
+from blockstruct.results import MacroBlock, Spread, macro_blocks
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY, TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Status, Way, listed

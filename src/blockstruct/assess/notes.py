@@ -14,8 +14,10 @@ from blockstruct.assess.participation import HorizontalForces, Participation, ta
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.tolerances import OTHER_CURVE, STANDS
 from blockstruct.model import Model
-from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_parts, tie_state
+from blockstruct.results import MacroBlock, applied_loads, doubtful_parts
+from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results.ties import tie_state
 from blockstruct.text import EFFECT, Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
 

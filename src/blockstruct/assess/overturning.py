@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.assess.lines import Line, section
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
@@ -16,7 +16,6 @@ from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.results.interfaces import ROUNDING
 from blockstruct.text import EFFECT, Note, assessment, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
@@ -142,7 +141,7 @@ def overturning(
     down = float(-dead.force[np.isin(dead.block, members), 2].sum())
     strengths = [np.array([getattr(s, name) for s in stretches]) for name in ("capacity", "prestress")]
     most, least = (pulls_at(model, set(names), force) for force in strengths)
-    is_upright = bool(np.hypot(*axis[:2]) < ROUNDING)
+    is_upright = bool(np.hypot(*axis[:2]) < NEGLIGIBLE)
     if is_upright and np.isfinite(f_c):
         msg = f"{_WHO}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
         raise ModelError(msg)
@@ -275,7 +274,7 @@ def _leaves(rotation: RigidRotation, free: RigidRotation, theta0: float, length:
     At rest the ties count, and then they do not.
     """
     level = np.array([0.0, 0.0, 1.0]) - rotation.axis[2] * rotation.axis
-    if np.linalg.norm(level) < ROUNDING:
+    if np.linalg.norm(level) < NEGLIGIBLE:
         return np.inf
     ends, normal = (-length / 2, length / 2), level / np.linalg.norm(level)
     at_rest = rotation.leaves(ends, normal, np.zeros(1))
@@ -312,7 +311,7 @@ def _notes_of_joints(
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis = (ends[1] - ends[0]) / length
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
-    if np.linalg.norm(up) < ROUNDING:
+    if np.linalg.norm(up) < NEGLIGIBLE:
         return ()
     up /= np.linalg.norm(up)
     corners = np.concatenate([b.shape.vertices for b in turning])
@@ -339,10 +338,10 @@ def _joints_at(
     for joint in model.interfaces:
         inward = joint.normal if joint.plus in names else -joint.normal
         within = (joint.minus in names) == (joint.plus in names)
-        if within or inward @ pressing >= -ROUNDING * np.linalg.norm(pressing):
+        if within or inward @ pressing >= -NEGLIGIBLE * np.linalg.norm(pressing):
             continue
         along = axis - (axis @ inward) * inward
-        if np.linalg.norm(along) < ROUNDING:
+        if np.linalg.norm(along) < NEGLIGIBLE:
             along = joint.polygon[1] - joint.polygon[0]
         along = along / np.linalg.norm(along)
         frame = np.array([along, np.cross(inward, along), inward])

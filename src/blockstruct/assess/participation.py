@@ -7,12 +7,11 @@ from typing import Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.results.interfaces import ROUNDING
 from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import shown
 
@@ -62,7 +61,7 @@ class HorizontalForces:
             raise ModelError(msg)
         direction = push / share
         found = applied_loads(model, case.variable, case.dead)
-        if abs(direction[2]) > ROUNDING or found.couple.any():
+        if abs(direction[2]) > NEGLIGIBLE or found.couple.any():
             msg = (
                 f"{who} pushes along {np.round(direction, 4).tolist()} or has couples; a local mechanism is checked "
                 "for horizontal forces (C8.7.1.2.1.1): give forces along one horizontal direction"
@@ -72,7 +71,7 @@ class HorizontalForces:
         block, point, force = _summed(found.block[acts], found.point[acts], found.force[acts])
         along = force @ direction
         across = np.linalg.norm(force - along[:, None] * direction, axis=1)
-        if np.any(across > ROUNDING * np.abs(along).max()) or np.any(along < 0):
+        if np.any(across > NEGLIGIBLE * np.abs(along).max()) or np.any(along < 0):
             msg = (
                 f"{who} has forces across or against its push along {np.round(direction, 4).tolist()}; give forces "
                 "along one horizontal direction, each as the weight of a mass times the share of the BodyForce"

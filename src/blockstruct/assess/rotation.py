@@ -6,11 +6,10 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
-from blockstruct.results.interfaces import ROUNDING
 from blockstruct.results.mechanism import ACCURACY
 
 #: Angles, from zero to a right angle, that bracket a wanted one.
@@ -80,7 +79,7 @@ class Load:
     def is_close(self, other: Self) -> bool:
         """Return whether forces and arms equal another load's within rounding."""
         pairs = ((self.force, other.force), (self.arms, other.arms))
-        return all(np.allclose(one, of, rtol=0.0, atol=ROUNDING * np.abs(of).max()) for one, of in pairs)
+        return all(np.allclose(one, of, rtol=0.0, atol=NEGLIGIBLE * np.abs(of).max()) for one, of in pairs)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from blockstruct.arrays import Array
 from blockstruct.assess.lines import Line
-from blockstruct.errors import ModelError
-from blockstruct.keywords import check_known
+from blockstruct.errors import ModelError, check_known
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si

@@ -9,9 +9,9 @@ import pandas as pd
 
 from blockstruct.analysis import run
 from blockstruct.errors import ModelError
-from blockstruct.limit import ProcedureSettings
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import LimitCase, Model
-from blockstruct.results import CaseResult
+from blockstruct.results.case_result import CaseResult
 from blockstruct.text import LOAD_FACTOR, Note, assessment
 from blockstruct.units import QuantityLike, si
 

@@ -23,7 +23,7 @@ from blockstruct.cli.app import (
     say,
     say_table,
 )
-from blockstruct.keywords import check_known
+from blockstruct.errors import check_known
 from blockstruct.vocabulary import counted
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import Exit, app, argument, option, say
-from blockstruct.keywords import check_known, did_you_mean
+from blockstruct.errors import check_known, did_you_mean
 
 #: Required and optional entries of a site, and an example.
 _SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"

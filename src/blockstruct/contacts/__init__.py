@@ -8,8 +8,7 @@
 ['ground|block']
 """
 
-from blockstruct.contacts.corrected import CorrectedJoints, corrected_joints
-from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.contacts.detection import CorrectedJoints, corrected_joints, detect_interfaces
 from blockstruct.model import Detection, DetectionReport, DetectionTolerances, FoundContact
 
 __all__ = ["Detection", "DetectionReport", "DetectionTolerances", "FoundContact", "detect_interfaces"]

@@ -1,16 +1,18 @@
 """Detection of interfaces between faces of blocks."""
 
 import math
-from collections.abc import Collection, Iterable, Sequence
-from functools import lru_cache
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from itertools import count
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from blockstruct.arrays import Index
-from blockstruct.contacts.joint_rules import check_rules_fit, joint_rule, unruled
-from blockstruct.errors import GeometryError, ModelError, UnknownNameError
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Index
+from blockstruct.errors import GeometryError, ModelError, UnknownNameError, shown
 from blockstruct.geometry.coplanar import (
     FacePair,
     coplanar_face_pairs,
@@ -21,7 +23,6 @@ from blockstruct.geometry.coplanar import (
 )
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 from blockstruct.model import (
     Block,
     Detection,
@@ -29,13 +30,15 @@ from blockstruct.model import (
     DetectionTolerances,
     FoundContact,
     Interface,
+    JointMaterial,
     check_unrepeated,
     checked_tuple,
     lies_between,
 )
+from blockstruct.model.detection_report import LISTED
 from blockstruct.model.fit import OVERLAP, Same, overlaps, same_blocks
-from blockstruct.units import si, to_quantity
-from blockstruct.vocabulary import JointOrientation
+from blockstruct.units import QuantityLike, si, to_quantity
+from blockstruct.vocabulary import JointOrientation, counted
 
 # Limits of detection: lengths relative to the mean block size, areas relative to its square, angles in radians.
 
@@ -247,3 +250,231 @@ def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolera
         raise ModelError(msg)
     gap, angle, area = values
     return DetectionTolerances(gap, angle, area, close=max(2 * gap, CLOSE * size))
+
+
+Rule = Callable[[Interface], JointMaterial]
+
+
+@cache
+def unruled() -> JointMaterial:
+    """Return a placeholder for the joint material that a rule assigns later."""
+    return JointMaterial("without a rule", 0.0)
+
+
+def joint_rule(material: Any, who: str) -> Rule:
+    """Return a function from an interface to its joint material.
+
+    Parameters
+    ----------
+    material
+        A joint material for all joints; a function from an interface to its joint material; or a mapping from patterns
+        to joint materials, whose first match counts. Patterns are ``"bed"``, ``"head"`` or ``"inclined"``
+        (:class:`blockstruct.vocabulary.JointOrientation`), the names of two blocks in any order with ``*`` for any
+        text, such as ``"base|*"``, and ``"*"`` for all other joints.
+    who
+        Name of the caller in error messages.
+
+    Raises
+    ------
+    ModelError
+        If the argument is of another kind, or, when the rule is applied, if no pattern fits a joint.
+
+    Examples
+    --------
+    >>> from blockstruct.model import JointMaterial
+    >>> lime, dry = JointMaterial("lime", 0.7), JointMaterial("dry", 0.6)
+    >>> rule = joint_rule({"base|*": dry, "bed": lime, "*": dry}, "wall")
+    >>> square = "m", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    >>> from blockstruct.units import Q_
+    >>> polygon = Q_(square[1], square[0])
+    >>> [rule(Interface("i", "1.1", plus, polygon, dry)).name for plus in ("2.1", "base")]
+    ['lime', 'dry']
+    """
+    if isinstance(material, JointMaterial):
+        return lambda interface: material
+    if isinstance(material, Mapping) and material:
+        for pattern, one in material.items():
+            _check_pattern(pattern, one, who)
+        return lambda interface: _first_match(material, interface, who)
+    if callable(material) and not isinstance(material, type):
+        return lambda interface: _call_rule(material, interface, who)
+    msg = (
+        f"{who}: joint_material is {shown(material)}; give a JointMaterial, a mapping such as "
+        "{'bed': mortar, '*': dry}, or a function from an interface to its JointMaterial"
+    )
+    raise ModelError(msg)
+
+
+def _check_pattern(pattern: Any, material: Any, who: str) -> None:
+    if not isinstance(pattern, str) or not (pattern in {*JointOrientation, "*"} or pattern.count("|") == 1):
+        msg = (
+            f"{who}: {shown(pattern)} is not a pattern of joints; write "
+            f"{', '.join(repr(o.value) for o in JointOrientation)}, two block names as in 'base|*', "
+            "or '*' for all other joints"
+        )
+        raise ModelError(msg)
+    if not isinstance(material, JointMaterial):
+        msg = f"{who}: the pattern {shown(pattern)} gives {shown(material)}; give a JointMaterial"
+        raise ModelError(msg)
+
+
+def _first_match(rules: Mapping[str, JointMaterial], interface: Interface, who: str) -> JointMaterial:
+    for pattern, material in rules.items():
+        if pattern == interface.orientation or _names_fit(pattern, interface):
+            return material
+    msg = (
+        f"{who}: no pattern of joint_material fits interface {interface.name!r} ({interface.orientation}); "
+        f"the patterns are {', '.join(map(repr, rules))}; add '*' for all other joints"
+    )
+    raise ModelError(msg)
+
+
+def _names_fit(pattern: str, interface: Interface) -> bool:
+    # Only * is special: names may contain any other character.
+    wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
+    ends = (interface.minus, interface.plus)
+    return any(wanted.fullmatch("|".join(names)) for names in (ends, ends[::-1]))
+
+
+def check_rules_fit(material: Any, interfaces: Iterable[Interface], who: str) -> None:
+    """Refuse patterns of block names without a match: with a misspelt name, another pattern would apply.
+
+    Raises
+    ------
+    ModelError
+        If the mapping has such a pattern.
+    """
+    interfaces = list(interfaces)
+    if not isinstance(material, Mapping) or not interfaces:
+        return
+    for pattern in material:
+        if "|" in pattern and not any(_names_fit(pattern, i) for i in interfaces):
+            msg = (
+                f"{who}: no interface fits the pattern {shown(pattern)} of joint_material; correct its names (as in "
+                f"{interfaces[0].name!r}) or remove it"
+            )
+            raise ModelError(msg)
+
+
+def _call_rule(function: Callable[[Interface], Any], interface: Interface, who: str) -> JointMaterial:
+    material = function(interface)
+    if not isinstance(material, JointMaterial):
+        result = f"{shown(material)} for {interface.name!r}"
+        msg = f"{who}: the function for joint_material returns {result}; return a JointMaterial"
+        raise ModelError(msg)
+    return material
+
+
+#: Error of one corner of a quadrilateral, divided by the move of each corner into the new plane.
+CORNER_OFF = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectedJoints:
+    """Joints in contact if the moves of their faces count as tolerance, and the arguments that detect them.
+
+    Pass ``tolerance`` and ``explicit`` to :func:`blockstruct.detect_interfaces`.
+
+    Attributes
+    ----------
+    closed : tuple of FoundContact
+        Joints beyond the tolerance of detection, but within the moves of their faces.
+    tolerance : str or None
+        Gap tolerance that adds exactly these joints to the detected joints. None if it would close other joints too,
+        or if ``closed`` is empty.
+    explicit : tuple of Interface
+        All interfaces of the blocks of these joints, if ``tolerance`` is None.
+    """
+
+    closed: tuple[FoundContact, ...]
+    tolerance: str | None
+    explicit: tuple[Interface, ...]
+
+    def __str__(self) -> str:
+        if not self.closed:
+            return "no joint was opened by repairs of its faces"
+        rows = [f"  {c.minus} | {c.plus}: {c.gap:.3g} m, area {c.area:.3g} m^2" for c in self.closed[:LISTED]]
+        if len(self.closed) > LISTED:
+            rows.append(f"  and {len(self.closed) - LISTED} more")
+        largest = max(abs(c.gap) for c in self.closed)
+        method = "listed as explicit interfaces" if self.tolerance is None else "detected with this gap tolerance"
+        closed, their = counted(len(self.closed), "joint"), "its" if len(self.closed) == 1 else "their"
+        head = f"{closed} closed that repairs of {their} faces opened"
+        return "\n".join([f"{head}, by up to {largest:.3g} m, {method}:", *rows])
+
+
+def corrected_joints(
+    blocks: Iterable[Block],
+    joint_material: Any,
+    moves: Mapping[str, ArrayLike],
+    *,
+    angle_tolerance: QuantityLike | None = None,
+    area_tolerance: QuantityLike | None = None,
+) -> CorrectedJoints:
+    """Find the joints that were in contact before vertices of their faces were moved.
+
+    If one corner of a quadrilateral is off by d, each corner moves by d/4 into the new plane. The allowed gap or
+    penetration of a joint is therefore four times the largest move across the joint on each of its two faces, plus
+    rounding. A joint with a larger gap was drawn open and stays open, whatever moved elsewhere.
+
+    Parameters
+    ----------
+    blocks, joint_material, angle_tolerance, area_tolerance
+        As for :func:`blockstruct.detect_interfaces`.
+    moves
+        Move of each vertex of a block, shape (n, 3), m, for the blocks with moves, as in
+        :attr:`blockstruct.imports.Imported.moves`.
+
+    Raises
+    ------
+    BlockstructError
+        As for :func:`blockstruct.detect_interfaces`.
+    """
+    known = {b.name: b for b in checked_tuple(blocks, Block, "corrected_joints: blocks")}
+    moved = {name: np.asarray(move, dtype=float) for name, move in moves.items()}
+    tolerances = {"angle_tolerance": angle_tolerance, "area_tolerance": area_tolerance}
+    limits: dict[str, Any] = {name: value for name, value in tolerances.items() if value is not None}
+    largest = CORNER_OFF * max((float(np.linalg.norm(m, axis=1).max()) for m in moved.values()), default=0.0)
+    if not largest:
+        return CorrectedJoints((), None, ())
+    base = detect_interfaces(known.values(), joint_material, **limits).report.tolerances.gap
+
+    def detect_within(gap: float) -> tuple[Detection, list[FoundContact], list[FoundContact]]:
+        """Detect with a gap tolerance; return also the joints beyond ``base`` within their moves, and the others."""
+        detection = detect_interfaces(known.values(), joint_material, to_quantity(gap, "length"), **limits)
+        polygons = {i.name: i for i in detection.interfaces}
+        within: list[FoundContact] = []
+        others: list[FoundContact] = []
+        for contact in detection.report.contacts:
+            if contact.interface and abs(contact.gap) > base:
+                allowed = base + _allowed(polygons[contact.interface], known, moved)
+                (within if abs(contact.gap) <= allowed else others).append(contact)
+        return detection, within, others
+
+    wide, closed, _ = detect_within(base + 2 * largest)
+    if not closed:
+        return CorrectedJoints((), None, ())
+    # The factor keeps the joint with the largest gap within the tolerance after rounding.
+    gap = (1 + 1e-9) * max(abs(c.gap) for c in closed)
+    _, again, others = detect_within(gap)
+    if not others:
+        return CorrectedJoints(tuple(again), f"{gap!r} m", ())
+    pairs = {(c.minus, c.plus) for c in closed}
+    listed = {c.interface for c in closed}
+    listed |= {
+        c.interface for c in wide.report.contacts if (c.minus, c.plus) in pairs and c.interface and abs(c.gap) <= base
+    }
+    return CorrectedJoints(tuple(closed), None, tuple(i for i in wide.interfaces if i.name in listed))
+
+
+def _allowed(interface: Interface, blocks: Mapping[str, Block], moves: Mapping[str, Array]) -> float:
+    """Return the allowed gap of an interface from the moves of its two faces across it, m."""
+    total = 0.0
+    for name, normal in ((interface.minus, interface.normal), (interface.plus, -interface.normal)):
+        shape = blocks[name].shape
+        corners = [list(shape.faces[f]) for f in np.flatnonzero(shape.normals @ normal > np.cos(LARGEST_ANGLE))]
+        if name in moves and corners:
+            # The nearest of the faces in this direction: a step has several.
+            off = [abs((shape.vertices[c].mean(axis=0) - interface.polygon.mean(axis=0)) @ normal) for c in corners]
+            total += CORNER_OFF * float(np.abs(moves[name][corners[int(np.argmin(off))]] @ normal).max())
+    return total

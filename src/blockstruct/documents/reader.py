@@ -11,7 +11,6 @@ import yaml
 
 from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
-from blockstruct.documents.walls import room_of, wall_of
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.files import read_file, unique_pairs
 from blockstruct.model import (
@@ -35,9 +34,38 @@ from blockstruct.model import (
     direction_cases,
 )
 from blockstruct.schema import listed_violations, violations
+from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall, room, wall
 from blockstruct.structures.courses import courses
 from blockstruct.units import parse, to_quantity
 from blockstruct.vocabulary import counted
+
+
+def wall_of(entry: dict[str, Any], material: Material) -> list[Block]:
+    """Return the blocks of a wall entry that follows the schema, with its sidewalls and buttresses."""
+    parts: dict[str, Any] = {
+        "openings": _openings(entry),
+        "sidewalls": [Sidewall(**side | {"openings": _openings(side)}) for side in entry.get("sidewalls", [])],
+        "buttresses": [Buttress(**buttress) for buttress in entry.get("buttresses", [])],
+    }
+    return wall(**entry | parts | _rubble(entry) | {"material": material})
+
+
+def room_of(entry: dict[str, Any], material: Material) -> list[Block]:
+    """Return the blocks of a room entry that follows the schema."""
+    holes = {name: _openings({"openings": listed}) for name, listed in entry.get("openings", {}).items()}
+    return room(**entry | {"openings": holes} | _rubble(entry) | {"material": material})
+
+
+def _rubble(entry: dict[str, Any]) -> dict[str, Rubble]:
+    return {"rubble": Rubble(**entry["rubble"])} if "rubble" in entry else {}
+
+
+def _openings(entry: dict[str, Any]) -> list[Opening | RoundOpening]:
+    """Return the openings of a wall or a sidewall. An opening with a centre is round."""
+    return [
+        RoundOpening(**opening) if "centre" in opening else Opening(**opening) for opening in entry.get("openings", [])
+    ]
+
 
 #: Largest size of a model document, bytes. A block takes about 400 bytes.
 MOST_BYTES = 64_000_000

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
 from blockstruct.errors import DocumentError, ModelError
@@ -41,9 +42,6 @@ from blockstruct.vocabulary import Torsion
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-#: Distance of corners of two interfaces, relative to their size, up to which the interfaces are equal.
-_SAME = 1e-9
 
 
 def write_document(
@@ -107,7 +105,7 @@ def _same(known: list[Interface], detected: list[Interface]) -> bool:
         and one.minus == other.minus
         and one.joint_material == other.joint_material
         and one.polygon.shape == other.polygon.shape
-        and np.allclose(one.polygon, other.polygon, rtol=0, atol=_SAME * np.ptp(one.polygon, axis=0).max())
+        and np.allclose(one.polygon, other.polygon, rtol=0, atol=ROUNDING * np.ptp(one.polygon, axis=0).max())
         for one, other in zip(known, detected, strict=True)
     )
 

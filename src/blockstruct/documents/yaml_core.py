@@ -11,11 +11,10 @@ from typing import Any, NoReturn
 import yaml
 
 from blockstruct.errors import shown
+from blockstruct.files import MOST_READ
 
 #: Largest number of levels of a document. A vertex of a block is on the sixth.
 MOST_LEVELS = 40
-#: Largest number of characters that aliases add to a document: nested aliases could exceed any memory.
-MOST_ADDED = 1_000_000
 
 #: Remedy for a number with a decimal comma in a mapping on one line, where a comma ends a value.
 _POINT = ", or write a number with a decimal point: 0.5 for 0,5"
@@ -119,8 +118,8 @@ class _Reading:
         if value is None:
             _refuse(f"the alias *{event.anchor} contains itself; write it out", event)
         self._added += value[1]
-        if self._added > MOST_ADDED:
-            _refuse(f"aliases stand for more than {MOST_ADDED:,} characters in all; write the values out", event)
+        if self._added > MOST_READ:
+            _refuse(f"aliases stand for more than {MOST_READ:,} characters in all; write the values out", event)
         # A copy, so that a change of one place of the document does not change the others.
         return _copied(value[0], event, level), value[1]
 

@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import GeometryError
-from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING, SAME_GRID
+from blockstruct.geometry.tolerances import SAME_GRID
 
 Cells = tuple[Array, Array]
 

@@ -7,10 +7,10 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.geometry.neighbours import box_pairs, expanded, separations
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NEGLIGIBLE, NO_AREA, SAMPLES
+from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, SAMPLES
 from blockstruct.geometry.triangles import between_crossings, distances, half_solid_angles, triangulated
 
 #: Vertices of the triangles of a face.

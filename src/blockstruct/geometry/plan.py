@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import ROUNDING, Array, Index
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import ROUNDING, SIDEWAYS
+from blockstruct.geometry.tolerances import SIDEWAYS
 
 Outlines = NDArray[Any]
 

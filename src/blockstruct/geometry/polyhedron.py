@@ -10,11 +10,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Index
 from blockstruct.errors import GeometryError
-from blockstruct.geometry.planes import Corners, Planes
-from blockstruct.geometry.polygon import cross, polygon_area
-from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NEGLIGIBLE, NO_AREA, ROUNDING
+from blockstruct.geometry.polygon import Corners, Planes, cross, polygon_area
+from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NO_AREA
 
 #: Vertices of each face.
 Loops = tuple[tuple[int, ...], ...]

@@ -2,12 +2,10 @@
 
 import math
 
+from blockstruct.arrays import NEGLIGIBLE
+
 # Whatever the shape
 
-#: Relative difference of numbers that are equal up to rounding, and cosine or sine of an angle that is zero.
-ROUNDING = 1e-9
-#: Length, relative to the shape that it belongs to, that counts as zero: files of other programs have fewer digits.
-NEGLIGIBLE = 1e-6
 #: Area, relative to the square of the extent, that counts as zero.
 NO_AREA = NEGLIGIBLE**2
 

@@ -5,10 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags
 from blockstruct.geometry.polygon import polygon_area
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import NEGLIGIBLE, ROUNDING
 
 
 def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:

@@ -11,9 +11,9 @@ import numpy as np
 from blockstruct.arrays import Array
 from blockstruct.errors import GeometryFileError, shown
 from blockstruct.files import unique_pairs
-from blockstruct.imports.import_report import Imported
-from blockstruct.imports.solid import Content, Face, Solid, make_blocks
-from blockstruct.imports.source import checked_faces, read_number, read_text, read_whole
+from blockstruct.geometry.polygon import Face
+from blockstruct.imports.solid import Content, Solid, make_blocks
+from blockstruct.imports.source import Imported, checked_faces, read_number, read_text, read_whole
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted

@@ -10,13 +10,12 @@ import shapely
 from blockstruct.arrays import Array, Index
 from blockstruct.errors import GeometryFileError, ModelError, UnknownNameError
 from blockstruct.geometry.polyhedron import lofted
-from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, check_layers, make_blocks
-from blockstruct.imports.source import checked_faces, package, read_bytes
+from blockstruct.imports.source import Imported, checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import EXACT, MERGE
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
-from blockstruct.structures.divided import divided_wall
+from blockstruct.structures.bond import divided_wall
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
 

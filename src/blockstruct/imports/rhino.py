@@ -10,11 +10,9 @@ import shapely
 
 from blockstruct.arrays import Array
 from blockstruct.errors import GeometryFileError
-from blockstruct.geometry.planes import Planes
-from blockstruct.geometry.polygon import plane_axes
-from blockstruct.imports.import_report import Imported
-from blockstruct.imports.solid import Content, Face, LeftOut, Solid, agreed_scale, check_layers, make_blocks
-from blockstruct.imports.source import checked_faces, package, read_bytes
+from blockstruct.geometry.polygon import Face, Planes, plane_axes
+from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, check_layers, make_blocks
+from blockstruct.imports.source import Imported, checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH, EXACT
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike

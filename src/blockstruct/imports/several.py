@@ -9,10 +9,10 @@ from blockstruct.errors import ModelError
 from blockstruct.imports.assembly import assembly_content
 from blockstruct.imports.drawing import drawing_content
 from blockstruct.imports.ifc import ifc_content
-from blockstruct.imports.import_report import Imported
 from blockstruct.imports.mesh import mesh_content
 from blockstruct.imports.rhino import rhino_content
 from blockstruct.imports.solid import Content, make_blocks
+from blockstruct.imports.source import Imported
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 

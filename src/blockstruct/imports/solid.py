@@ -15,12 +15,10 @@ import shapely
 
 from blockstruct.arrays import Array
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError, shown
-from blockstruct.geometry.planes import Planes
-from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.polygon import Face, Planes, plane_axes
 from blockstruct.geometry.polyhedron import lofted
-from blockstruct.imports.import_report import Imported, ImportReport, Repair
-from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
-from blockstruct.imports.surface import closed_surface
+from blockstruct.imports.source import Imported, ImportReport, Repair
+from blockstruct.imports.surface import closed_bodies, closed_surface, collapsed, compact, gathered, welded
 from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
@@ -90,8 +88,6 @@ def ground_under(blocks: Sequence[Block], level: str, source: str) -> Block:
     corner, sizes = to_quantity(origin, "length"), to_quantity(extent, "length")
     return Block.box("ground", corner, sizes, blocks[0].material, fixed=True)
 
-
-Face = tuple[int, ...]
 
 #: Axes of the file that become x, y and z of the model, and their signs, by the vertical axis of the file.
 _UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.keywords import check_known, did_you_mean, made_again
+from blockstruct.errors import ModelError, UnknownNameError, check_known, did_you_mean, made_again, shown
 from blockstruct.units import parse, si, to_quantity
 
 _Entry = TypeVar("_Entry", bound="Entry")

@@ -9,61 +9,11 @@ All quantities in this package are non-dimensional. The unit of length is a char
 wrench of a block is its dead wrench. The unit of a contact force is the dead wrench of the lighter of its two blocks.
 """
 
-from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
-from blockstruct.limit.friction import Sliding, fictitious_sliding, true_sliding
+from blockstruct.limit.certificate import Certificate
+from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
-from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
-from blockstruct.limit.response import Fall, RecordState
-from blockstruct.limit.settings import (
-    SCHEDULES,
-    FictitiousSchedule,
-    Numerics,
-    ProcedureSettings,
-    scheduled,
-    schedules_of,
-)
-from blockstruct.limit.settlement import Settlement, reaction_unit
-from blockstruct.limit.ties import Ties
-from blockstruct.limit.torsion import UniformTorsion
-from blockstruct.statics import ContactPoints, Placement
+from blockstruct.limit.program import ConicProgram
+from blockstruct.limit.settings import SCHEDULES
 
-__all__ = [
-    # the limit problem and its settings
-    "LimitProblem",
-    "Settlement",
-    "reaction_unit",
-    "Ties",
-    "UniformTorsion",
-    "ProcedureSettings",
-    "Fall",
-    "RecordState",
-    "FictitiousSchedule",
-    "Numerics",
-    "SCHEDULES",
-    "scheduled",
-    "schedules_of",
-    # the programs
-    "ConicProgram",
-    "ContactPoints",
-    "ProgramData",
-    "Objective",
-    "Sliding",
-    "Solution",
-    "Solver",
-    "fictitious_sliding",
-    "true_sliding",
-    # velocities and what moves
-    "Placement",
-    "block_motion",
-    "unit_of_velocity",
-    "velocities_of",
-    # results
-    "CERTIFICATE_MEASURES",
-    "Certificate",
-    "Iteration",
-    "Outcome",
-    "are_admissible",
-    "certify",
-]
+__all__ = ["SCHEDULES", "Certificate", "ConicProgram", "Iteration", "LimitProblem", "Outcome", "true_sliding"]

@@ -1,8 +1,8 @@
 """Record the result of each program and the outcome of a procedure."""
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -216,6 +216,33 @@ class Outcome:
 Steps = Generator[Iteration, None, Outcome]
 #: A search for a collapse state: yields its iterations, and returns the state (or None) and the last solved iteration.
 Search = Generator[Iteration, None, tuple[Found | None, Iteration]]
+
+_Item = TypeVar("_Item")
+_Value = TypeVar("_Value")
+
+
+def changed_steps(
+    steps: Generator[_Item, None, _Value], change: Callable[[_Item], _Item]
+) -> Generator[_Item, None, _Value]:
+    """Yield each item of a generator as a function returns it; return the value of the generator."""
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            value: _Value = stop.value
+            return value
+        yield change(step)
+
+
+def conclude(steps: Generator[_Item, None, _Value], hear: Callable[[_Item], object] = lambda _: None) -> _Value:
+    """Return the value of a generator, after a function has heard each of its items."""
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            value: _Value = stop.value
+            return value
+        hear(step)
 
 
 def given_up(problem: LimitProblem, reason: Reason, *, programs: int = 0) -> Outcome:

@@ -11,16 +11,15 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import ROUNDING, Array, Index
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, Outcome, given_up
+from blockstruct.limit.motion import without_rounding
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.rigid import without_rounding
 from blockstruct.limit.ties import Ties
+from blockstruct.statics import ContactPoints
 
-#: Relative difference up to which the problem and its mirror image are equal. Above rounding of coordinates.
-SAME = 1e-9
 #: Incommensurable weights of the components of a key. Two different places practically never have equal keys.
 _WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
 
@@ -37,6 +36,8 @@ class Mirror:
     Attributes
     ----------
     whole, half : LimitProblem
+    normal : (3,) array
+        Normal of the plane of symmetry.
     S : (3 K, 3 K̂) sparse array
     T : (6 F, 6 F̂) sparse array
     point, rectangle : (K,), (R,) arrays
@@ -46,6 +47,7 @@ class Mirror:
 
     whole: LimitProblem
     half: LimitProblem
+    normal: Array
     S: sp.csr_array
     T: sp.csr_array
     point: Index
@@ -59,28 +61,36 @@ class Mirror:
         not reduced.
         """
         more = len(problem.ties) or len(problem.torsion) or problem.never_slides.any() or problem.settlement is not None
-        if problem.statics is None or more or problem.statics.held.any():
+        statics = problem.statics
+        if statics is None or more or statics.held.any():
             return None
+        centroid = np.array([b.centroid for b in statics.model.blocks])
         for normal in _normals(problem):
-            found = cls._about(problem, normal)
+            found = cls.about(problem, normal, centroid, statics.points)
             if found is not None:
                 return found
         return None
 
     @classmethod
-    def _about(cls, problem: LimitProblem, normal: Array) -> Self | None:
-        """Return the mirror about a plane through the middle of the blocks."""
+    def about(
+        cls, problem: LimitProblem, normal: Array, position: Array, points: ContactPoints, same: float = ROUNDING
+    ) -> Self | None:
+        """Return the mirror about a plane through the middle of the free blocks; None without one.
+
+        ``normal`` (3,) is the normal of the plane, ``position`` (B, 3), m, the centroids of the blocks, and ``points``
+        are the contact points. Wrenches are in axes that turn with each block. Lengths that differ by less than
+        ``same``, in units of length, are equal.
+        """
         statics = problem.statics
         assert statics is not None
-        points, F = statics.points, problem.n_blocks
-        centroid = np.array([statics.model.blocks[i].centroid for i in statics.free]) / statics.length
-        position = points.position / statics.length
+        F = problem.n_blocks
+        centroid, at = position[statics.free] / statics.length, points.position / statics.length
         M, middle = np.eye(3) - 2 * np.outer(normal, normal), centroid.mean(axis=0)
-        block = _mates(centroid - middle, (centroid - middle) @ M)
+        block = _mates(centroid - middle, (centroid - middle) @ M, same)
         # Rotations are axial vectors.
         turned = _permuted(block, np.tile(np.kron(np.diag([1.0, -1.0]), M), (F, 1, 1)))
         loads = np.column_stack([problem.w_D, problem.w_L])
-        differ = np.abs(turned @ loads - loads).max() > SAME * np.abs(loads).max()
+        differ = np.abs(turned @ loads - loads).max() > same * np.abs(loads).max()
         if differ or not _alike(problem.wrench_unit, block):
             return None
 
@@ -89,22 +99,22 @@ class Mirror:
         number[statics.free] = np.arange(F)
         minus, plus = number[points.minus], number[points.plus]
         frame, of_image = points.frame[points.interface], np.append(block, F)
-        before = _keys(position - middle, minus, plus, frame[:, 0])
-        after = _keys((position - middle) @ M, of_image[minus], of_image[plus], frame[:, 0] @ M)
-        point = _mates(before, after)
+        before = _keys(at - middle, minus, plus, frame[:, 0])
+        after = _keys((at - middle) @ M, of_image[minus], of_image[plus], frame[:, 0] @ M)
+        point = _mates(before, after, same)
         axes = np.einsum("kij,jl,kml->kim", frame[point], M, frame)
         # The normal points the other way if plus and minus change places.
         axes *= np.sign(axes[:, 0, 0])[:, None, None]
-        axes[np.abs(axes) < SAME] = 0.0
+        axes[np.abs(axes) < ROUNDING] = 0.0
         reflected = _permuted(point, axes)
         numbers = (problem.friction, problem.dilatancy, problem.cohesion, problem.tension, problem.compression)
         equal = all(_alike(values, point) for values in (*numbers, problem.force_unit))
         equal &= bool((point[point] == np.arange(len(point))).all())
-        if not equal or np.abs(turned @ problem.A - problem.A @ reflected).max() > SAME:
+        if not equal or np.abs(turned @ problem.A - problem.A @ reflected).max() > same:
             return None
         mirror = cls._halved(problem, (block, turned, normal), (point, reflected))
         capacity = mirror.half.capacity[mirror.rectangle]
-        return mirror if np.allclose(capacity, problem.capacity, rtol=SAME, atol=0.0) else None
+        return mirror if np.allclose(capacity, problem.capacity, rtol=ROUNDING, atol=0.0) else None
 
     @classmethod
     def _halved(
@@ -125,13 +135,13 @@ class Mirror:
         of_points = (1.0 + (point != np.arange(len(point))))[some_point]
         S = (reflected + sp.eye_array(3 * len(point)))[:, np.repeat(some_point, 3)]
         S = S @ sp.diags_array(np.repeat(of_points / 2, 3))
-        S, T = without_rounding(S, SAME), without_rounding(T[:, np.repeat(some_block, 6)], SAME)
+        S, T = without_rounding(S, ROUNDING), without_rounding(T[:, np.repeat(some_block, 6)], ROUNDING)
         of_point = (np.cumsum(some_point) - 1)[np.minimum(np.arange(len(point)), point)]
         corners = of_point[whole.rectangles]
         _, some_rectangle, of_rectangle = np.unique(np.sort(corners), axis=0, return_index=True, return_inverse=True)
         half = replace(
             whole,
-            A=sp.csc_array(without_rounding(sp.csr_array(T.T @ whole.A @ S), SAME)),
+            A=sp.csc_array(without_rounding(sp.csr_array(T.T @ whole.A @ S), ROUNDING)),
             w_D=T.T @ whole.w_D,
             w_L=T.T @ whole.w_L,
             friction=whole.friction[some_point],
@@ -147,7 +157,7 @@ class Mirror:
             ties=Ties.none(T.shape[1]),
             statics=None,
         )
-        return cls(whole, half, S, T, of_point, of_rectangle.ravel())
+        return cls(whole, half, normal, S, T, of_point, of_rectangle.ravel())
 
     def iteration(self, of_half: Iteration) -> Iteration:
         """Return an iteration of the whole, with its own certificate."""
@@ -184,24 +194,30 @@ def _normals(problem: LimitProblem) -> list[Array]:
         (w.reshape(-1, 6)[:, :3] * problem.wrench_unit[:, None]).sum(axis=0) for w in (problem.w_D, problem.w_L)
     )
     across, size = np.cross(dead, variable), np.linalg.norm(dead) * np.linalg.norm(variable)
-    if np.linalg.norm(across) > SAME * size:
+    if np.linalg.norm(across) > ROUNDING * size:
         candidates = [across / np.linalg.norm(across)]
     else:
         assert problem.statics is not None
         candidates = list(np.linalg.svd(np.cov(problem.statics.points.position.T))[2])
     # Without rounding, a plane along the axes adds no entries to the equilibrium matrix.
-    return [np.where(np.abs(n) < SAME, 0.0, n) for n in candidates]
+    return [np.where(np.abs(n) < ROUNDING, 0.0, n) for n in candidates]
 
 
-def _mates(before: Array, after: Array) -> Index:
+def _mates(before: Array, after: Array, same: float) -> Index:
     """Return the index of the mirror image of each place.
 
     ``before`` (N, c) are the keys of the places, ``after`` the keys of their mirror images. Without a mirror image the
-    index is any.
+    index is any. Places with the same key keep their order.
     """
-    weights = _WEIGHTS[: before.shape[1]]
+
+    def order(keys: Array) -> Index:
+        key = keys @ _WEIGHTS[: keys.shape[1]]
+        by_key = np.argsort(key)
+        group = np.append(0, np.cumsum(np.diff(key[by_key]) > same))
+        return np.asarray(by_key[np.lexsort((by_key, group))])
+
     mates = np.empty(len(before), dtype=np.int64)
-    mates[np.argsort(after @ weights)] = np.argsort(before @ weights)
+    mates[order(after)] = order(before)
     return mates
 
 
@@ -221,4 +237,4 @@ def _permuted(place: Index, blocks: Array) -> sp.csr_array:
 
 def _alike(values: Array, image: Index) -> bool:
     """Return whether values equal those at the mirror images."""
-    return bool(np.allclose(values[image], values, rtol=SAME, atol=0.0))
+    return bool(np.allclose(values[image], values, rtol=ROUNDING, atol=0.0))

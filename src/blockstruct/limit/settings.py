@@ -6,8 +6,7 @@ from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError, UnknownKeywordError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.errors import ModelError, UnknownKeywordError, did_you_mean, shown
 from blockstruct.model import checked_tuple
 
 

@@ -10,6 +10,7 @@ from attrs import evolve, field, frozen
 
 from blockstruct.arrays import Array
 from blockstruct.errors import DimensionError, ModelError, shown
+from blockstruct.files import MOST_READ
 from blockstruct.model.checks import AXES_BY_NAME, checked_direction, checked_tuple, unit_vector_along
 from blockstruct.model.fields import (
     ModelObject,
@@ -319,10 +320,6 @@ class Pushover(LimitCase):
         return evolve(self, control=(nearest.name, direction))
 
 
-#: Largest number of samples of a record.
-MOST_SAMPLES = 1_000_000
-
-
 def _values(value: Any, dimension: str, what: str, remedy: str) -> Array:
     """Return the SI floats of an array of quantities; name the first one that is not finite."""
     magnitude = getattr(value, "magnitude", None)
@@ -344,12 +341,12 @@ def _values(value: Any, dimension: str, what: str, remedy: str) -> Array:
 def _acceleration(value: Any, dimension: str = "", what: str = "") -> tuple[float, ...] | tuple[Vector, ...]:
     remedy = "The unit of gravity is 'g_0': 'g' is a gram."
     array = _values(value, dimension, what, remedy)
-    if array.ndim == 1 and 2 <= len(array) <= MOST_SAMPLES:
+    if array.ndim == 1 and 2 <= len(array) <= MOST_READ:
         return tuple(array.tolist())
-    if array.ndim == 2 and array.shape[1] == 3 and 2 <= len(array) <= MOST_SAMPLES:
+    if array.ndim == 2 and array.shape[1] == 3 and 2 <= len(array) <= MOST_READ:
         return tuple((x, y, z) for x, y, z in array.tolist())
     msg = (
-        f"{what} has the shape {array.shape}; give 2 to {MOST_SAMPLES} samples: (n,) with a direction, or (n, 3) along "
+        f"{what} has the shape {array.shape}; give 2 to {MOST_READ} samples: (n,) with a direction, or (n, 3) along "
         "x, y and z"
     )
     raise ModelError(msg)

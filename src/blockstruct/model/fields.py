@@ -14,8 +14,7 @@ from typing import Any, ClassVar, TypeVar
 
 import attrs
 
-from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import check_known
+from blockstruct.errors import ModelError, check_known, shown
 from blockstruct.model.checks import checked_direction, checked_name, checked_text, checked_tuple, is_name
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_vector, to_quantity
 

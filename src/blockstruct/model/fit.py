@@ -10,13 +10,13 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from attrs import field, frozen
 
-from blockstruct.arrays import Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.faces import areas_on_bodies, common_areas
 from blockstruct.geometry.neighbours import box_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import perimeter
-from blockstruct.geometry.tolerances import NEGLIGIBLE, PARALLEL
+from blockstruct.geometry.tolerances import PARALLEL
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.interface import Interface

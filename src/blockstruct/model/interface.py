@@ -5,10 +5,10 @@ from typing import Any, ClassVar
 import numpy as np
 from attrs import field, frozen
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry.polygon import mean_distances, polygon_area
-from blockstruct.geometry.tolerances import NO_AREA, ROUNDING
+from blockstruct.geometry.tolerances import NO_AREA
 from blockstruct.model.fields import ModelObject, changed, has_name, instance_of, label, named_arguments, store
 from blockstruct.model.materials import JointMaterial
 from blockstruct.units import VectorLike, si_array

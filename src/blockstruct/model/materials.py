@@ -9,8 +9,8 @@ from typing import Any, Self
 import attrs
 from attrs import field, frozen
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError, UnusualValueWarning, shown
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.fields import (
     ModelObject,
     has_name,

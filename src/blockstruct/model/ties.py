@@ -9,9 +9,8 @@ import attrs
 import numpy as np
 from attrs import field, frozen
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.geometry.tolerances import NEGLIGIBLE
 from blockstruct.geometry.triangles import stretches_inside
 from blockstruct.model.block import Block
 from blockstruct.model.checks import check_at_block

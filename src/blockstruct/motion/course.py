@@ -7,22 +7,23 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Index
-from blockstruct.limit import ContactPoints, LimitProblem, Placement, ProcedureSettings, certify
+from blockstruct.arrays import ROUNDING, Array, Index
+from blockstruct.limit import LimitProblem
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
+from blockstruct.statics import ContactPoints, Placement
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05
-#: Number of recent steps. Their work measures the gap of a step, and the longest of them limits the next step.
+#: Number of recent steps. Their work measures the gap of a step, and the longest one limits the next step.
 RECENT = 4
 #: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 #: Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
-#: Share of its capacity by which the force of a yielding tie may miss it.
-ROUNDING = 1e-9
 
 
 class Course:

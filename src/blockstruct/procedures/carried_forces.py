@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array
+from blockstruct.solvers.anderson import REGULARISATION
 from blockstruct.solvers.interior_point.cones import ConeVector
 
 #: Normal force below which a contact point is unloaded and gets no correction.
@@ -18,8 +19,6 @@ LEAST_FRICTION, INSIDE = 1e-9, 1 - 1e-6
 STUCK = 5
 #: Share of the way to the boundary of the cones that a correction takes.
 SHORT = 0.9
-#: Relative addition to the diagonal before factorisation. Rigid motions of bodies and mechanisms have no stiffness.
-REGULARISATION = 1e-10
 #: Relative residual of conjugate gradients, and their most iterations.
 REFINED, REFINEMENTS = 1e-10, 30
 

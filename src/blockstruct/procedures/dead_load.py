@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.arrays import NEGLIGIBLE
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome, Steps, given_up
@@ -15,9 +16,6 @@ from blockstruct.limit.program import ConicProgram, ProgramData, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Reason, Stage, Status
-
-#: Share of the dead load that counts as zero.
-NOTHING = 1e-6
 
 
 def dead_load_program(
@@ -49,7 +47,7 @@ def dead_load_program(
     whole = step.load_factor >= 1 - settings.numerics.equilibrium_tolerance
     if whole and step.certificate.admissible:
         return step.x[:, 0]
-    if step.load_factor <= NOTHING or not step.certificate.holds:
+    if step.load_factor <= NEGLIGIBLE or not step.certificate.holds:
         step = _as_it_falls(own, step, settings, solver)
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if step.certificate.holds and not whole:
@@ -136,3 +134,16 @@ class _LeastConstraint(ConicProgram):
         data = self.data(true_sliding(self.problem), max_load_factor=0.0, loaded=False)
         data.q[-self.zero_rows :] = self.total * np.repeat(weight / weight.max(), 6)
         return data
+
+
+def largest_reaction(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """Find the largest reaction that statics allows under the dead load.
+
+    It is the least reaction against the opposite motion, with associative flow. No forces in equilibrium inside the
+    true conditions give a larger one. A load factor of minus infinity means that friction may jam the structure between
+    its supports by any force. Velocities and certificate belong to the opposite motion.
+    """
+    own = replace(problem, w_L=-problem.w_L, dilatancy=problem.friction)
+    program = ConicProgram(own, replace(settings, crushing="conic"))
+    step = solve_step(program, true_sliding(own), Stage.LARGEST_REACTION, settings, solver)
+    return replace(step, load_factor=-step.load_factor)

@@ -9,21 +9,19 @@ import numpy as np
 from blockstruct.arrays import Array
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
-from blockstruct.limit.iteration import Found, Iteration, Outcome, Steps, given_up
+from blockstruct.limit.iteration import Found, Iteration, Outcome, Steps, changed_steps, conclude, given_up
 from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.dead_load import dead_load_program
-from blockstruct.procedures.fictitious import fictitious_iteration
-from blockstruct.procedures.largest_reaction import largest_reaction
+from blockstruct.procedures.dead_load import dead_load_program, largest_reaction
+from blockstruct.procedures.fictitious import fictitious_iteration, shifted_iteration
 from blockstruct.procedures.self_stress import (
     can_jam,
     dead_load_collapse,
     grows_without_limit,
     jammed_by_self_stress,
 )
-from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Flow, PathEnd, Procedure, Reason, Stage, Status
 
@@ -64,13 +62,9 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     # Steps of a path to 1e-5 may have two solutions; the symmetric one moved the load factor of 14 blocks by 0.4 %.
     mirror = Mirror.of(problem) if flow is Flow.ASSOCIATIVE else None
     steps = _limited(problem if mirror is None else mirror.half, flow, settings, solver)
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as stop:
-            outcome: Outcome = stop.value
-            return (outcome if mirror is None else mirror.outcome(outcome)).of_case(problem)
-        yield (step if mirror is None else mirror.iteration(step)).of_case(problem)
+    whole = steps if mirror is None else changed_steps(steps, mirror.iteration)
+    outcome = yield from changed_steps(whole, lambda step: step.of_case(problem))
+    return (outcome if mirror is None else mirror.outcome(outcome)).of_case(problem)
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -82,13 +76,7 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
     outcome = yield from _solve(problem, flow, settings, solver)
     if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
-    steps = _solve(problem.without_crushing, flow, settings, solver, is_guard=True)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            without: float = stop.value.load_factor
-            break
+    without = conclude(_solve(problem.without_crushing, flow, settings, solver, is_guard=True)).load_factor
     if not outcome.load_factor - without > ALIKE * abs(without):
         return outcome
     return replace(outcome, load_factor=without, settled=False, peak=np.nan, without_crushing=without)

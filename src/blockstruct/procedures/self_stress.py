@@ -20,6 +20,7 @@ from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
+from blockstruct.solvers.anderson import REGULARISATION
 from blockstruct.vocabulary import Stage
 
 #: A load factor grows without limit after this number of increments. Each is larger than the last one and than this
@@ -33,8 +34,6 @@ _FALLS = 1e-2
 #: Most attempts of least squares. Openings beyond friction, relative to the largest velocity: least for proof, and
 #: target.
 _TRIES, _OPENS, _ASKED = 20, 2e-3, 0.1
-#: Stiffness of blocks in directions without joint stiffness, relative to the mean.
-_SLIGHT = 1e-10
 
 
 def dead_load_collapse(
@@ -105,7 +104,7 @@ def _stands_without_friction(problem: LimitProblem, settings: ProcedureSettings)
     for _ in range(_TRIES):
         bearing = sp.csc_array(A[:, bears])
         normal = sp.csc_array(bearing @ bearing.T)
-        slight = sp.diags_array(np.full(normal.shape[0], _SLIGHT * max(float(normal.diagonal().mean()), 1.0)))
+        slight = sp.diags_array(np.full(normal.shape[0], REGULARISATION * max(float(normal.diagonal().mean()), 1.0)))
         n = -(bearing.T @ splu(sp.csc_matrix(normal + slight)).solve(problem.w_D))
         if np.abs(bearing @ n + problem.w_D).max() > settings.numerics.equilibrium_tolerance:
             return False
@@ -215,7 +214,7 @@ def _opens_everywhere(problem: LimitProblem) -> bool:
     from scipy.sparse.linalg import splu
 
     normal = sp.csc_array(problem.A @ problem.A.T)
-    slight = sp.diags_array(np.full(normal.shape[0], _SLIGHT * float(normal.diagonal().mean())))
+    slight = sp.diags_array(np.full(normal.shape[0], REGULARISATION * float(normal.diagonal().mean())))
     solved = splu(sp.csc_matrix(normal + slight))
     asked = np.tile([1.0, 0.0, 0.0], (problem.n_points, 1))
     for _ in range(_TRIES):

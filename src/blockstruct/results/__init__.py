@@ -5,39 +5,20 @@ of contact points, interfaces and blocks. Every variable carries ``units``. Forc
 positive. Velocities belong to a variable load that does work at 1 W (``w_L·u = 1 W``).
 """
 
-from blockstruct.limit import CERTIFICATE_MEASURES
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor, capacity_frame, history_frame
-from blockstruct.results.analysis import (
-    Analysis,
-    checked_parameters,
-    checked_tags,
-    checked_value,
-    plain_value,
-    restored_value,
-    stored_value,
-)
+from blockstruct.results.analysis import Analysis, stored_value
 from blockstruct.results.capacity import (
-    arrays_of_response,
-    beginning_of,
     block_rotations,
     capacity_of,
     doubtful_parts,
     fallen_blocks,
     response_of,
     response_words,
-    state_arrays,
-    steps_of,
 )
-from blockstruct.results.case_result import AdmissibleState, CaseResult, Headline, LazyHistory
-from blockstruct.results.comparison import Comparison, compare, compared_curves, relative_difference
-from blockstruct.results.history import (
-    HISTORY,
-    Variable,
-    division_of,
-    history_of,
-    history_variables,
-    iteration_variables,
-)
+from blockstruct.results.case_result import AdmissibleState, CaseResult, Headline
+from blockstruct.results.comparison import Comparison, compare, compared_curves
+from blockstruct.results.history import history_of
 from blockstruct.results.interfaces import (
     FULLY_USED,
     NO_FORCE,
@@ -47,35 +28,28 @@ from blockstruct.results.interfaces import (
     interface_resultants,
     is_pressed,
     parts_beyond,
-    sliding_rates,
     support_reactions,
     utilisation,
 )
-from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism, with_motion
-from blockstruct.results.spread import Spread, run_name
+from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
+from blockstruct.results.spread import Spread
 from blockstruct.results.ties import (
     breaking_words,
     broken_ties,
     pushed_tie_state,
     tie_forces,
     tie_sentences,
-    tie_state,
     ties_at_collapse,
 )
-from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
+from blockstruct.results.verification import contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
 from blockstruct.text import LOAD_FACTOR, pushed_masses
 
-__all__ = ["CERTIFICATE_MEASURES", "LOAD_FACTOR", "AdmissibleState", "Analysis", "CaseResult", "Headline"]
-__all__ += ["LazyHistory", "Spread", "run_name", "Comparison", "relative_difference", "compare", "compared_curves"]
-__all__ += ["confirm", "contradictions", "recomputed_certificate"]
-__all__ += ["checked_parameters", "checked_tags", "checked_value", "plain_value", "restored_value", "stored_value"]
-__all__ += ["block_rotations", "breaking_words", "doubtful_parts", "broken_ties", "capacity_frame", "capacity_of"]
-__all__ += ["pushed_tie_state", "arrays_of_response", "beginning_of", "fallen_blocks", "response_of", "response_words"]
-__all__ += ["state_arrays", "steps_of"]
-__all__ += ["applied_loads", "pushed_masses"]
-__all__ += ["HistoryAccessor", "active_joints", "parts_beyond", "contact_state", "corner_torsion", "sliding_rates"]
-__all__ += ["HISTORY", "history_frame", "division_of", "history_of", "history_variables", "iteration_variables"]
-__all__ += ["Variable", "FULLY_USED", "NO_FORCE"]
-__all__ += ["interface_resultants", "is_pressed", "support_reactions", "MacroBlock", "body_table", "macro_blocks"]
-__all__ += ["mechanism", "with_motion", "tie_forces", "tie_sentences", "tie_state", "ties_at_collapse", "utilisation"]
+__all__ = ["AdmissibleState", "Analysis", "CaseResult", "Comparison", "Headline", "HistoryAccessor", "MacroBlock"]
+__all__ += ["Spread", "compare", "compared_curves", "contradictions", "recomputed_certificate", "stored_value"]
+__all__ += ["CERTIFICATE_MEASURES", "LOAD_FACTOR", "applied_loads", "pushed_masses", "history_of", "history_frame"]
+__all__ += ["active_joints", "contact_state", "corner_torsion", "interface_resultants", "is_pressed", "parts_beyond"]
+__all__ += ["support_reactions", "utilisation", "FULLY_USED", "NO_FORCE", "macro_blocks", "body_table", "mechanism"]
+__all__ += ["breaking_words", "broken_ties", "pushed_tie_state", "tie_forces", "tie_sentences", "ties_at_collapse"]
+__all__ += ["block_rotations", "capacity_frame", "capacity_of", "doubtful_parts", "fallen_blocks", "response_of"]
+__all__ += ["response_words"]

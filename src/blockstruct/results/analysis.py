@@ -13,8 +13,7 @@ from typing import Any, Self
 import numpy as np
 from attrs import evolve, field, frozen
 
-from blockstruct.errors import ModelError, UnitError, UnknownNameError, shown
-from blockstruct.keywords import made_again
+from blockstruct.errors import ModelError, UnitError, UnknownNameError, made_again, shown
 from blockstruct.model import Case, Model, checked_name, checked_text, checked_tuple
 from blockstruct.notebook import html_table, in_notebook
 from blockstruct.results.case_result import CaseResult, Headline

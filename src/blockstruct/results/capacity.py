@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.arrays import Array, Flags
-from blockstruct.limit import Fall, RecordState, reaction_unit
+from blockstruct.limit.response import Fall, RecordState
+from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
 from blockstruct.results.ties import break_displacements
@@ -59,7 +60,7 @@ SLIDES = 0.1
 #: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
 #: they no longer do; change of the load factor after that step, over an equal distance and relative to the first load
 #: factor, from which a caution is given.
-MOSTLY, LEFT, SHIFTED = 0.5, 0.5, 0.01
+MOSTLY, SHIFTED = 0.5, 0.01
 #: Error of the energy balance of a step, relative to all work so far, from which a caution is given.
 MISSED = 0.01
 #: Change of the force of a tie between two states, relative to its largest force, that counts as sudden.
@@ -173,7 +174,7 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
             slides = friction[jump : jump + steps + 1].max() > SLIDES * abs(alpha[0])
             return [*doubts, (CurveDoubt.SLIPS if slides else CurveDoubt.LEAPS, jump, jump + steps)]
     # The branch after a change from sliding to rocking may be wrong by as much as the length of the step.
-    ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= LEFT * friction[:-2])
+    ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= MOSTLY * friction[:-2])
     length = np.diff(way)
     shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)
     long = np.flatnonzero(ends & ~of_ties[:-1] & (shifted > SHIFTED * abs(alpha[0])))

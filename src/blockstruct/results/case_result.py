@@ -12,7 +12,9 @@ import xarray as xr
 from blockstruct import text as texts
 from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, shown
-from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
+from blockstruct.limit import Certificate, Outcome
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table

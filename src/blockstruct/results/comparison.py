@@ -14,12 +14,13 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import at_points
 from blockstruct.results.mechanism import ACCURACY, motion_of
+from blockstruct.text import EFFECT
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
 
 #: Difference of load factors, relative to the largest of both curves, and of the ends of two curves, from which they
 #: count as different.
-APART = 1e-2
+APART = EFFECT
 
 
 @dataclass(frozen=True, slots=True, eq=False)

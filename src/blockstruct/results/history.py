@@ -8,7 +8,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.arrays import Array
-from blockstruct.limit import CERTIFICATE_MEASURES, Iteration, LimitProblem, block_motion
+from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES
+from blockstruct.limit.motion import block_motion
 from blockstruct.model import Model
 from blockstruct.schema import dressed
 from blockstruct.statics import Division, Statics
@@ -93,6 +95,25 @@ def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
     interface = history["interface_of_contact_point"].to_numpy()[in_cells]
     position = history["contact_point_position"].to_numpy()[in_cells]
     return Division.of_cells(model, cells, interface, position)
+
+
+def rows(history: xr.Dataset, name: str, *dims: str) -> xr.Variable:
+    """Return a variable by iteration, without its slow coordinates."""
+    return history[name].variable.transpose("iteration", *dims)
+
+
+def forces_in(problem: LimitProblem, history: xr.Dataset) -> tuple[Array, Array]:
+    """Return the forces (n, K, 3) of contacts and (n, M) of ties of a history, in the units of a problem."""
+    x = rows(history, "contact_force", "contact_point", "component").to_numpy() / problem.force_unit[:, None]
+    if not len(problem.ties):
+        return x, np.zeros((len(x), 0))
+    return x, rows(history, "tie_force", "tie").to_numpy() / problem.ties.force_unit
+
+
+def motions_in(history: xr.Dataset) -> Array:
+    """Return the velocities of centroids and the angular velocities (n, B, 6) of a history, SI."""
+    of_blocks = (rows(history, name, "block", "axis") for name in ("block_velocity", "block_angular_velocity"))
+    return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
 
 
 def iteration_variables(

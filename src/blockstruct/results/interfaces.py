@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags, Index
-from blockstruct.limit import UniformTorsion
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
+from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
 from blockstruct.statics import ContactPoints, TieTable, multiple_of_uniform_friction, torsion_levers, wrenches
@@ -21,9 +21,6 @@ NO_FORCE = 1e-4
 #: Relative velocity, relative to the largest, below which a joint is at rest. Solver tolerances move joints outside the
 #: mechanism by about a thousandth.
 AT_REST = 0.01
-#: Velocity, relative to the largest of a block, share of a strength, and relative difference of computed numbers,
-#: directions and positions, that count as rounding.
-ROUNDING = 1e-6
 #: Utilisation from which a strength counts as fully used.
 FULLY_USED = 0.999
 #: Parts of a state, in the order of its text.
@@ -72,11 +69,8 @@ def interface_resultants(history: xr.Dataset) -> xr.Dataset:
         ``force`` and ``moment``, component (n, s, t): N and V, torsion and bending. ``eccentricity``, component
         (s, t): point of action of N from the centroid; NaN unless N is compression.
     """
-    index = history["interface_of_contact_point"].to_numpy()
-    frame = history["interface_frame"].to_numpy()
-    arm = history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index]
     f, starts = history["contact_force"].transpose(..., "contact_point", "component"), first_points(history)
-    at_point = np.cross(np.einsum("kca,ka->kc", frame[index], arm), f.to_numpy())
+    at_point = np.cross(_arms(history), f.to_numpy())
     force, moment = (np.add.reduceat(values, starts, axis=-2) for values in (f.to_numpy(), at_point))
     N = np.where(force[..., :1] > 0, force[..., :1], np.nan)
     # With r = e_s s + e_t t, r × N n = N (e_t s − e_s t).
@@ -94,6 +88,13 @@ def interface_resultants(history: xr.Dataset) -> xr.Dataset:
             for name, (last, values, dimension, long_name) in variables.items()
         }
     )
+
+
+def _arms(history: xr.Dataset) -> Array:
+    """Return the positions (K, 3) of contact points about the centroids of their interfaces, m, in local axes."""
+    index = history["interface_of_contact_point"].to_numpy()
+    arm = history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index]
+    return np.asarray(np.einsum("kca,ka->kc", history["interface_frame"].to_numpy()[index], arm))
 
 
 def _coords(history: xr.Dataset, dims: Sequence[Hashable]) -> dict[str, xr.Variable]:
@@ -186,7 +187,7 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (1 - 2 * np.minimum(edges[:, e], edges[:, e + 2]) / total for e in (0, 1))
         # (1 − a s)(1 − b s) = N / F at the share s of the eccentricity. Fully pressed, both sides are rounding.
-        rest = np.maximum(1 - total / capacity, ROUNDING)
+        rest = np.maximum(1 - total / capacity, NEGLIGIBLE)
         times = (a + b + np.sqrt(np.maximum((a + b) ** 2 - 4 * a * b * rest, 0.0))) / (2 * rest)
     names = pd.Index(last["interface"].to_numpy()[joints], name="interface")
     return pd.Series(np.where(_floor(last)[joints] < N, times, np.nan), index=names)
@@ -234,11 +235,8 @@ def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> A
 
 def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
     """Return ``‖(V_s, V_t, T / r̄)‖`` of interfaces, T about the centroid."""
-    index = history["interface_of_contact_point"].to_numpy()
-    arm = (history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index])[:, None]
-    x, y = (history["interface_frame"].to_numpy()[index, 1:] * arm).sum(axis=2).T / (
-        history["torsion_lever"].to_numpy()[index]
-    )
+    lever = history["torsion_lever"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
+    x, y = _arms(history)[:, 1:].T / lever
     parts = (f[..., 1], f[..., 2], x * f[..., 2] - y * f[..., 1])
     return np.asarray(np.linalg.norm([sum_of(part) for part in parts], axis=0))
 
@@ -316,7 +314,7 @@ def contact_state(
     zero = np.maximum(tolerance * np.linalg.norm(v, axis=-1).max(axis=-1, keepdims=True), np.finfo(float).tiny)
     # If a structure follows its supports as one body, relative velocities are rounding errors of block velocities.
     speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
-    zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
+    zero = np.maximum(zero, NEGLIGIBLE * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
     dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
     # Joints that never slide do not dilate.
@@ -454,8 +452,7 @@ def support_reactions(model: Model, case: Case, history: xr.Dataset) -> xr.Datas
 def _of_joints(model: Model, last: xr.Dataset) -> np.ndarray:
     """Return the wrenches (B, 6) of joints and ties on all blocks about their centroids."""
     index = last["interface_of_contact_point"].to_numpy()
-    local = last["contact_force"].transpose("contact_point", "component").to_numpy()
-    force = np.einsum("kc,kca->ka", local, last["interface_frame"].to_numpy()[index])
+    force = np.einsum("kc,kca->ka", at_points(last, "contact_force"), last["interface_frame"].to_numpy()[index])
     point, number = last["contact_point_position"].to_numpy(), model.block_index
     centroids = np.array([b.centroid for b in model.blocks])
     total = np.zeros((len(centroids), 6))
@@ -505,17 +502,14 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
-    force = last["contact_force"].transpose("contact_point", "component").to_numpy()
-    v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
     resistance = np.maximum(_resistance(last, force[:, 0]), 0.0)
 
     def total(values: Array) -> Array:
         return np.asarray(np.bincount(index, values, J), dtype=float)
 
     whole = total(resistance)
-    frame = last["interface_frame"].to_numpy()
-    arm = last["contact_point_position"].to_numpy() - last["interface_position"].to_numpy()[index]
-    x, y = (frame[index, 1:] * arm[:, None]).sum(axis=2).T
+    x, y = _arms(last)[:, 1:].T
     held = np.where(whole > 0, whole, 1.0)
     x, y = (a - (total(resistance * a) / held)[index] for a in (x, y))
     torque = total(x * force[:, 2] - y * force[:, 1])
@@ -550,7 +544,7 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
     It includes the torsion of their joints. ``cells`` is the number of cells of an interface,
     ``settings.crushing_cells``.
     """
-    v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    v = at_points(iteration, "relative_velocity")
     normal = iteration["contact_force"].sel(component="n").to_numpy()
     torsion = UniformTorsion.of(ContactPoints.of(model, division_of(model, cells, iteration)))
     return torsion.slip(v, _resistance(iteration, normal))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from blockstruct.keywords import made_again
+from blockstruct.errors import made_again
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult, Headline
 from blockstruct.vocabulary import Flow, Procedure, counted

@@ -7,37 +7,27 @@ from typing import Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags
 from blockstruct.errors import BlockstructError, CertificateError
-from blockstruct.limit import (
-    CERTIFICATE_MEASURES,
-    Certificate,
-    LimitProblem,
-    Placement,
-    ProcedureSettings,
-    block_motion,
-    certify,
-    reaction_unit,
-    velocities_of,
-)
+from blockstruct.limit import Certificate, LimitProblem
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES, certify
+from blockstruct.limit.motion import block_motion, velocities_of
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import SettlementCase, has_curve
 from blockstruct.motion import MotionState, MovingProblem, largest_displacement, recomputed
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.history import coordinates, division_of
-from blockstruct.results.interfaces import ROUNDING
+from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import DECIMALS, break_displacements
-from blockstruct.statics import Division, Statics
+from blockstruct.statics import Division, Placement, Statics
 from blockstruct.text import LISTED
 from blockstruct.vocabulary import Stage, Status, listed
 
 #: Contact points of iterations compared at once: large histories are read from a file in parts.
 _AT_ONCE = 100_000
-#: Relative difference of stored numbers, and of coordinates and strengths between history and model, that rounding
-#: explains.
-SAME = 1e-9
 #: Stages under the dead load alone.
 _PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
@@ -58,20 +48,16 @@ class _State:
 
         Under dead load alone, the load factor is the carried share.
         """
-        history = result.history
-        x = _rows(history, "contact_force", "contact_point", "component")[-1].to_numpy() / problem.force_unit[:, None]
-        T = np.zeros(0)
-        if len(problem.ties):
-            T = _rows(history, "tie_force", "tie")[-1].to_numpy() / problem.ties.force_unit
-        alpha = float(history["load_factor"].to_numpy()[-1])
-        stage = Stage(history["stage"].to_numpy()[-1])
+        last = result.history.isel(iteration=[-1])
+        x, T = (forces[0] for forces in forces_in(problem, last))
+        alpha, stage = float(last["load_factor"][0]), Stage(last["stage"].to_numpy()[0])
         if stage.is_of_dead_load:
             dilatancy = problem.friction if stage is Stage.DEAD_LOAD else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
             # The prestress grows with the share and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
             alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))
-        return cls(problem, x, T, velocities_of(statics, problem, _motion(history, slice(-1, None)))[0], alpha)
+        return cls(problem, x, T, velocities_of(statics, problem, motions_in(last))[0], alpha)
 
     def certificate(self, settings: ProcedureSettings) -> Certificate:
         return certify(self.problem, self.x, self.u, self.alpha, settings, self.T)
@@ -210,7 +196,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             same = stored.tolist() == values.tolist()
         else:
             scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-            same = stored.shape == values.shape and np.allclose(stored, values, rtol=SAME, atol=SAME * scale)
+            same = stored.shape == values.shape and np.allclose(stored, values, rtol=ROUNDING, atol=ROUNDING * scale)
         if not same:
             yield f"{name} of the history differs from the model"
 
@@ -219,10 +205,7 @@ def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
     """Compare residuals of earlier iterations with their forces."""
     history = result.history
     alpha, stored, stage = (history[name].to_numpy()[:-1] for name in ("load_factor", "equilibrium_residual", "stage"))
-    x = _rows(history, "contact_force", "contact_point", "component")[:-1].to_numpy() / problem.force_unit[:, None]
-    T = np.zeros((len(alpha), 0))
-    if len(problem.ties):
-        T = _rows(history, "tie_force", "tie")[:-1].to_numpy() / problem.ties.force_unit
+    x, T = forces_in(problem, history.isel(iteration=slice(-1)))
     # Programs under dead load alone have no load factor, and a file need not keep the forces of every iteration.
     known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & ~np.isin(stage, _PROGRAMS_OF_DEAD_LOAD)
     for k in np.flatnonzero(known):
@@ -241,7 +224,7 @@ def _reactions(result: CaseResult) -> Iterator[str]:
         return
     stored, alpha = (result.history[name].to_numpy() for name in ("reaction", "load_factor"))
     expected = result.answer.factor * alpha + 0.0
-    wrong = np.flatnonzero(~np.isclose(stored, expected, rtol=SAME, atol=0, equal_nan=True))
+    wrong = np.flatnonzero(~np.isclose(stored, expected, rtol=ROUNDING, atol=0, equal_nan=True))
     if len(wrong):
         k, text = wrong[0], result.answer.format
         yield f"the reaction of iteration {k} is {text(stored[k], 6)}, by its load factor {text(expected[k], 6)}"
@@ -251,11 +234,11 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
     """Compare relative and support velocities with the free blocks."""
     ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
-    of_contacts = _rows(history, "relative_velocity", "contact_point", "component")
+    of_contacts = rows(history, "relative_velocity", "contact_point", "component")
     step = max(1, _AT_ONCE // len(problem.force_unit))
     for begin in range(0, n, step):
         part = slice(begin, begin + step)
-        motion, stored = _motion(history, part), of_contacts[part].to_numpy()
+        motion, stored = motions_in(history.isel(iteration=part)), of_contacts[part].to_numpy()
         # The solver found no velocities, or the file does not keep them.
         known = ~(np.isnan(motion).all(axis=(1, 2)) & np.isnan(stored).all(axis=(1, 2)))
         motion, stored = motion[known], stored[known]
@@ -264,12 +247,12 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
         off = {"the relative velocities of iteration {} differ from the velocities of its blocks": _off(stored, v)}
         if len(ties):
             rates = ties.elongation(u.T).T / ties.force_unit
-            found = _rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
+            found = rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
             # A tie across the motion has a rate of rounding alone.
             text = "the rates of elongation of iteration {} differ from the velocities of its blocks"
             off[text] = _off(found, rates, v)
         allowed = block_motion(statics, problem, u)[:, fixed]
-        still = np.isclose(motion[:, fixed], allowed, rtol=SAME, atol=0, equal_nan=True).all(axis=(1, 2))
+        still = np.isclose(motion[:, fixed], allowed, rtol=ROUNDING, atol=0, equal_nan=True).all(axis=(1, 2))
         off["supports move in the mechanism of iteration {}"] = ~still
         wrong = np.flatnonzero(np.any(list(off.values()), axis=0))
         if len(wrong):
@@ -289,20 +272,6 @@ def _off(stored: Array, expected: Array, *others: Array) -> Flags:
     with np.errstate(invalid="ignore"):
         near = np.abs(one - other) <= ACCURACY * largest
     return np.asarray(~(near | (one == other) | (np.isnan(one) & np.isnan(other))).all(axis=1))
-
-
-def _rows(history: xr.Dataset, name: str, *dims: str) -> xr.Variable:
-    """Return a variable by iteration, without its slow coordinates."""
-    return history[name].variable.transpose("iteration", *dims)
-
-
-def _motion(history: xr.Dataset, part: slice) -> Array:
-    """Return velocities of centroids and angular velocities, SI.
-
-    Shape (n, blocks, 6), for some iterations.
-    """
-    of_blocks = (_rows(history, name, "block", "axis")[part] for name in ("block_velocity", "block_angular_velocity"))
-    return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
 
 
 def _same(one: float, other: float, scale: float) -> bool:
@@ -349,11 +318,11 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
             yield f"state {k} of the capacity curve: {what}"
     of_states = (np.array([getattr(s, name) for s in states]) for name in ("displacement", "load_factor", "falls"))
     d0 = largest_displacement(result.case, *of_states)
-    if not np.isclose(float(curve["d0"]), d0, rtol=SAME, atol=0.0, equal_nan=True):
+    if not np.isclose(float(curve["d0"]), d0, rtol=ROUNDING, atol=0.0, equal_nan=True):
         yield f"d0 is {float(curve['d0']):.6g} m, that of the capacity curve {d0:.6g} m"
     if isinstance(result.case, SettlementCase):
         reaction = -reaction_unit(statics.model, result.case) * curve["load_factor"].to_numpy()
-        if not np.allclose(curve["reaction"], reaction, rtol=SAME, atol=0.0):
+        if not np.allclose(curve["reaction"], reaction, rtol=ROUNDING, atol=0.0):
             yield "the reactions of the capacity curve are not those of its load factors"
     if "tie_break_displacement" in curve:
         limit = statics.ties.elongation_limit
@@ -361,7 +330,7 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
         broke = break_displacements(np.array([state.displacement for state in states]), elongation, limit)
         for name, expected in (("tie_elongation_limit", limit), ("tie_break_displacement", broke)):
             stored = curve[name].to_numpy()
-            off = ~np.isclose(stored, expected, rtol=SAME, atol=10.0**-DECIMALS, equal_nan=True)
+            off = ~np.isclose(stored, expected, rtol=ROUNDING, atol=10.0**-DECIMALS, equal_nan=True)
             if off.any():
                 k = int(off.argmax())
                 yield (
@@ -377,7 +346,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
     led, most = Placement.of(moving.statics.model), max(ELASTIC * size, 2 * furthest)
     if before is not None:
-        most = ROUNDING * size
+        most = NEGLIGIBLE * size
         led = Placement.at(before.position, before.rotation).moved(before.twist * before.motion_time)
     turned = np.abs(at.rotation - led.rotation).max(axis=(1, 2)) * size
     off = np.maximum(np.abs(at.position - led.position).max(axis=1), turned)
@@ -388,7 +357,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     if not abs(power - 1) <= AT_ONE_WATT:
         yield f"its velocities belong to {power:.6g} W of variable load, not to 1 W"
     length = np.linalg.norm(state.normal_of_contact, axis=1)
-    if not np.abs(length - 1).max(initial=0.0) <= SAME:
+    if not np.abs(length - 1).max(initial=0.0) <= ROUNDING:
         yield f"the normal of one of its contacts has a length of {length[np.abs(length - 1).argmax()]:.6g}, not 1"
 
 
@@ -397,7 +366,7 @@ def _differences(state: MotionState, again: MotionState, size: float) -> Iterato
     work = max(abs(again.load_factor), abs(again.dissipation), 1.0)
     for name in (f.name for f in fields(MotionState) if f.name in _FOLLOWS):
         stored, found = (np.atleast_1d(np.asarray(getattr(of, name), dtype=float)) for of in (state, again))
-        least = ROUNDING * size if _FOLLOWS[name] else ROUNDING * work
+        least = NEGLIGIBLE * size if _FOLLOWS[name] else NEGLIGIBLE * work
         # NaN differs from every number.
         off = ~(np.abs(stored - found) <= least + ACCURACY * np.abs(found))
         if off.any():

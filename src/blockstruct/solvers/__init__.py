@@ -8,9 +8,9 @@
 """
 
 from blockstruct.errors import SolverError, shown
-from blockstruct.limit import ProcedureSettings, Solver
-from blockstruct.solvers.clarabel import ClarabelSolver
-from blockstruct.solvers.remembering import RememberingSolver
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.solvers.conic import ClarabelSolver, RememberingSolver
 
 __all__ = ["ClarabelSolver", "RememberingSolver", "solver_of"]
 

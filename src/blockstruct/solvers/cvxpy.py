@@ -11,7 +11,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.errors import SolverError
-from blockstruct.limit import ConicProgram, ProgramData, Solution
+from blockstruct.limit import ConicProgram
+from blockstruct.limit.program import ProgramData, Solution
 from blockstruct.vocabulary import SolverStatus
 
 _STATUS = {

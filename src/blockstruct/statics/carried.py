@@ -12,13 +12,12 @@ from blockstruct.arrays import Array, Index
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.plan import PlanFaces, products
 from blockstruct.model import AreaLoad, Block, FillLoad, LineLoad, LoadPattern, Model, Weight
+from blockstruct.model.checks import TYPED
 from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed
 
 #: Share of a line or rectangle that may lie over no block, such as over joints; the other blocks carry this share.
 _LACKING = 0.01
-#: Tolerance of heights, relative to the characteristic length of a model.
-_LEVEL = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +77,7 @@ class Placing:
     @cached_property
     def tolerance(self) -> float:
         """Difference up to which two heights count as equal, m."""
-        return _LEVEL * self.model.characteristic_length
+        return TYPED * self.model.characteristic_length
 
     def at(self, load: Any) -> int:
         """Return the index of the block of a load.
@@ -254,7 +253,7 @@ def _plain(block: Any, point: Array, weight: Array) -> _Placed:
 
 def _level_faces(placing: Placing, level: float) -> PlanFaces:
     upper = placing.upper
-    flat = np.linalg.norm(upper.height[:, 1:], axis=1) < _LEVEL
+    flat = np.linalg.norm(upper.height[:, 1:], axis=1) < TYPED
     return upper[flat & (np.abs(_centres(upper)[:, 2] - level) < placing.tolerance)]
 
 

@@ -5,10 +5,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import ROUNDING, Array, Index
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.polygon import mean_distances, plane_axes, tributary_areas
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Model
 from blockstruct.vocabulary import Torsion
 

@@ -15,14 +15,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.model import Interface
 
 #: Number of Newton steps, finite difference for derivatives, longest step, and fractions of a step that are tried.
 _STEPS, _APART, _LONGEST, _SHARES = 8, 1e-3, 0.3, (1.0, 0.3, 0.1)
-#: Torque relative to shear, and rotation relative to translation, up to which they count as zero.
-_NONE = 1e-6
 
 
 def torsion_levers(interfaces: Sequence[Interface]) -> Array:
@@ -46,7 +44,7 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
     """
     size = np.linalg.norm(forces, axis=1)
     at_most: Array = np.linalg.norm(forces[:, :2], axis=1) + np.abs(forces[:, 2])
-    twisted = (at_most > 1.0) & (np.abs(forces[:, 2]) > _NONE * size)
+    twisted = (at_most > 1.0) & (np.abs(forces[:, 2]) > NEGLIGIBLE * size)
     if not twisted.any():
         return at_most
     areas = _Areas([i for i, one in zip(interfaces, twisted.tolist(), strict=True) if one])
@@ -98,7 +96,7 @@ class _Areas:
         Motions (J, 3) are ``(w_s, w_t, r̄ ω)``.
         """
         shift, turn = np.linalg.norm(motion[:, :2], axis=1), motion[:, 2] / self.lever
-        turns = np.abs(motion[:, 2]) > _NONE * shift
+        turns = np.abs(motion[:, 2]) > NEGLIGIBLE * shift
         around = np.column_stack([-motion[:, 1], motion[:, 0]]) / np.where(turns, turn, 1.0)[:, None]
         centre = self._centroid + np.einsum("ja,jac->jc", np.where(turns[:, None], around, 0.0), self._axes)
         away = mean_distances(self._corners, self._starts, centre, self._normal)

@@ -18,11 +18,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, FormatError, StorageError, shown
-from blockstruct.files import unreadable
+from blockstruct.files import MOST_READ, unreadable
 from blockstruct.model import JOINT_PROPERTIES
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
-from blockstruct.results.comparison import APART
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results.analysis import plain_value
+from blockstruct.results.comparison import APART, relative_difference
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
 from blockstruct.storage.netcdf import member, plain, read_numbers
@@ -55,8 +56,6 @@ _UNITS = {
     **{name: unit for unit, name in REACTIONS.items()},
     **{name: SI_UNITS[dimension] for name, dimension in _JOINTS.items()},
 }
-#: Most values that a row reads from one variable.
-_MOST = 1_000_000
 #: Member of a row with the units of its parameters; it is no column of the table.
 _UNITS_OF_ROW = "units"
 #: Characters of a condition, at most: longer texts can exhaust the stack of Python's parser.
@@ -378,7 +377,11 @@ def _values(group: h5py.Group, place: str, name: str) -> NDArray[Any]:
         msg = f"{place}/{name}: {name!r} is missing, or a link to elsewhere"
         raise FormatError(msg)
     dataset = h5py.h5o.open(group.id, key)
-    if not isinstance(dataset, h5py.h5d.DatasetID) or dataset.dtype.kind not in "fiu" or np.prod(dataset.shape) > _MOST:
+    if (
+        not isinstance(dataset, h5py.h5d.DatasetID)
+        or dataset.dtype.kind not in "fiu"
+        or np.prod(dataset.shape) > MOST_READ
+    ):
         msg = f"{place}/{name}: other than numbers, or too many of them"
         raise FormatError(msg)
     return read_numbers(dataset)

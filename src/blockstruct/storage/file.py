@@ -26,7 +26,9 @@ from xarray.core import indexing
 from blockstruct.errors import BlockstructError, FormatError, FormatWarning, ModelError, StorageError, UnverifiedWarning
 from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model, checked_text
-from blockstruct.results import Analysis, CaseResult, LazyHistory, checked_tags, restored_value, stored_value
+from blockstruct.results import stored_value
+from blockstruct.results.analysis import Analysis, checked_tags, restored_value
+from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.schema import listed_violations, schema, violations
 from blockstruct.storage import layout, netcdf
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
@@ -38,8 +40,8 @@ Blank = Callable[[Model, CaseResult], xr.Dataset]
 #: Ending of the folder of a run.
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
-#: Groups that only some cases have, and what finds where they contradict themselves or the model.
-PARTS = {"capacity": layout.capacity_findings, "response": layout.response_findings}
+#: Groups that only some cases have.
+PARTS = ("capacity", "response")
 #: The kind of file, for messages.
 ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
@@ -297,6 +299,18 @@ class AnalysisFile:
                 violations.append(("/cases", "the groups are not those that the attribute cases of / lists"))
         return violations
 
+    def groups(self, *, histories: bool) -> tuple[dict[str, xr.Dataset], list[layout.Finding]]:
+        """Return all groups by their path, with or without histories, and every violation of the schema."""
+        places, violations = {"/model": "model"}, self.root_findings()
+        for place, parts in self.parts.items():
+            places |= {place: "case"} | {f"{place}/{part}": part for part in (*["history"] * histories, *parts)}
+        found = {"/": xr.Dataset(attrs=self.attrs)}
+        for place, part in places.items():
+            ds, wrong = self.group(place, part)
+            violations += wrong
+            found |= {} if ds is None else {place: ds}
+        return found, violations
+
     def group(
         self, place: str, part: str, read: Callable[[netcdf.Outline], xr.Dataset] = netcdf.read_dataset
     ) -> tuple[xr.Dataset | None, list[layout.Finding]]:
@@ -505,26 +519,10 @@ def check_file(path: str | Path) -> dict[str, Any]:
         If the file is not a valid analysis; every violation is listed with its HDF5 path.
     """
     file = AnalysisFile(path)
-    violations = file.root_findings()
-    model, wrong = file.group("/model", "model")
-    violations += wrong if model is None else layout.index_findings("/model", model)
-    for place, parts in file.parts.items():
-        case, wrong = file.group(place, "case")
-        history, wrong_too = file.group(f"{place}/history", "history")
-        violations += [*wrong, *wrong_too]
-        if case is not None and history is not None:
-            load_factors = history["load_factor"].to_numpy()
-            violations += layout.case_findings(place, case, load_factors, parts)
-            violations += layout.bound_findings(place, case, history)
-        if history is not None and model is not None:
-            violations += layout.history_findings(f"{place}/history", history, model)
-        for part in parts:
-            ds, wrong = file.group(f"{place}/{part}", part)
-            violations += wrong
-            if ds is not None and model is not None:
-                violations += PARTS[part](f"{place}/{part}", ds, model)
-    if model is not None and not violations:
-        violations += layout.model_findings("/model", model, read_analysis(file).model)
+    groups, violations = file.groups(histories=True)
+    violations += layout.findings(groups)
+    if not violations:
+        violations += layout.model_findings("/model", groups["/model"], read_analysis(file).model)
     if violations:
         raise violated(file.path, violations)
     return file.attrs
@@ -532,18 +530,8 @@ def check_file(path: str | Path) -> dict[str, Any]:
 
 def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     """Return the analysis of a file; for a plan, a function makes the histories that it leaves out."""
-    violations = file.root_findings()
-    groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
-    places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
-    places |= {f"{place}/{part}": part for place, parts in file.parts.items() for part in parts}
     is_old = file.major < major(FORMAT_VERSION)
-    if is_old:
-        places |= {f"{place}/history": "history" for place in file.cases.values()}
-    for place, part in places.items():
-        ds, wrong = file.group(place, part)
-        violations += wrong
-        if ds is not None:
-            groups[place] = ds
+    groups, violations = file.groups(histories=is_old)
     if violations:
         raise violated(file.path, violations)
     if not is_old:
@@ -565,15 +553,11 @@ def _damage_at(file: AnalysisFile, place: str) -> Iterator[None]:
 
 def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
     root, held = groups["/"].attrs, groups["/model"]
-    violations = list(layout.index_findings("/model", held))
-    for place, parts in file.parts.items():
-        for part in parts:
-            violations += PARTS[part](f"{place}/{part}", groups[f"{place}/{part}"], held)
-        if blank is None or int(groups[place]["n_iterations"]):
-            history = groups.get(f"{place}/history")
-            load_factors = file.load_factors(place) if history is None else history["load_factor"].to_numpy()
-            violations += layout.case_findings(place, groups[place], load_factors, parts)
-    if violations:
+
+    def load_factors(place: str) -> Any:
+        return file.load_factors(place) if blank is None or int(groups[place]["n_iterations"]) else None
+
+    if violations := list(layout.findings(groups, load_factors)):
         raise violated(file.path, violations)
     with _damage_at(file, "/model"):
         model, patterns = layout.read_model(held), layout.read_patterns(held)
@@ -648,8 +632,7 @@ class ModelImage(NamedTuple):
             If the model violates the schema or contradicts itself.
         """
         model = layout.model_dataset(analysis.model, patterns(analysis.cases))
-        found = [*_violations("/model", model, "model"), *layout.index_findings("/model", model)]
-        if found:
+        if found := _violations("/model", model, "model"):
             raise violated(path, found)
         global _last_model
         image = (
@@ -694,20 +677,16 @@ def sealed_image(
     tree = {"/": xr.Dataset(attrs=attrs)}
     for of_case, result in analysis.items():
         place, case = f"/cases/{layout.group_name(of_case)}", layout.case_dataset(result, analysis.versions)
-        tree |= {place: case, f"{place}/history": xr.Dataset()}
-        parts = {name: ds for name in PARTS if (ds := getattr(result, name)) is not None}
+        history = result.history if result.n_iterations or not is_plan else None
+        parts = {"history": history} | {name: getattr(result, name) for name in PARTS}
+        parts = {name: ds for name, ds in parts.items() if ds is not None}
         violations += _violations(place, case, "case", ("history", *parts))
+        tree |= {place: case, f"{place}/history": xr.Dataset()}
         for name, ds in parts.items():
-            tree[f"{place}/{name}"] = ds
             violations += _violations(f"{place}/{name}", ds, name)
-            violations += PARTS[name](f"{place}/{name}", ds, model)
-        if result.n_iterations or not is_plan:
-            tree[f"{place}/history"] = history = result.history
-            if wrong := _violations(f"{place}/history", history, "history"):
-                violations += wrong
-                continue
-            violations += layout.history_findings(f"{place}/history", history, model)
-            violations += layout.case_findings(place, case, history["load_factor"].to_numpy(), parts)
+            tree[f"{place}/{name}"] = ds
+    if not violations:
+        violations += layout.findings({"/model": model, **{place: ds for place, ds in tree.items() if ds.variables}})
     if violations:
         raise violated(path, violations)
     content = netcdf.netcdf_image(tree, image).content

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import FormatError
 from blockstruct.geometry.neighbours import unsupported
 from blockstruct.geometry.polyhedron import polyhedron
-from blockstruct.limit import FictitiousSchedule, Numerics, Outcome
+from blockstruct.limit import Outcome
+from blockstruct.limit.settings import FictitiousSchedule, Numerics
 from blockstruct.model import (
     JOINT_PROPERTIES,
     LOAD_KINDS,
@@ -40,8 +42,8 @@ from blockstruct.model import (
     tie_kind_of,
 )
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
-from blockstruct.results.verification import SAME
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.schema import dressed
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import (
@@ -549,7 +551,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
     """Find stored values of a model that differ from the ones computed from the rest of the file."""
     corners = np.concatenate([b.shape.vertices for b in model.blocks])
     # Coordinates far from the origin have fewer digits.
-    length = float(np.ptp(corners, axis=0).max() + _ROUNDING / SAME * np.abs(corners).max())
+    length = float(np.ptp(corners, axis=0).max() + _ROUNDING / ROUNDING * np.abs(corners).max())
     derived = {
         "fixed": ("block", [b.fixed for b in model.blocks], 0.0),
         "volume": ("block", [b.volume for b in model.blocks], max(b.volume for b in model.blocks)),
@@ -566,7 +568,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
         yield from _detection_findings(path, ds, model)
     for name, (dim, values, scale) in derived.items():
         expected = np.asarray(values, dtype=float)
-        off = ~(np.abs(ds[name].to_numpy() - expected) <= SAME * scale)
+        off = ~(np.abs(ds[name].to_numpy() - expected) <= ROUNDING * scale)
         if off.any():
             at = tuple(np.argwhere(off)[0])
             who, stated = ds[dim].to_numpy()[at[0]], ds[name].to_numpy()[at]
@@ -608,7 +610,7 @@ def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterat
     """Find a reaction of a settlement that contradicts its load factor."""
     if "reaction" in case:
         stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
-        if not np.isclose(stated, found, rtol=SAME, atol=0.0, equal_nan=True):
+        if not np.isclose(stated, found, rtol=ROUNDING, atol=0.0, equal_nan=True):
             unit = result.answer.unit
             yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
 
@@ -679,6 +681,37 @@ def response_findings(path: str, response: xr.Dataset, model: xr.Dataset) -> Ite
         yield path, "the block names of the response are not those of /model"
     else:
         yield from index_findings(path, response)
+
+
+#: Groups of a case besides its own, and what finds where they contradict themselves or the model.
+_FINDINGS = {"history": history_findings, "capacity": capacity_findings, "response": response_findings}
+
+
+def findings(groups: Groups, load_factors: Callable[[str], Any] = lambda _: None) -> Iterator[Finding]:
+    """Find where valid groups of a file contradict themselves or each other.
+
+    Parameters
+    ----------
+    groups
+        By their path.
+    load_factors
+        Gives the load factors of a case by the path of its group, if its history is not one of the groups; None leaves
+        them out.
+    """
+    model = groups.get("/model")
+    if model is not None:
+        yield from index_findings("/model", model)
+    for place, ds in groups.items():
+        parent, _, part = place.rpartition("/")
+        if parent == "/cases":
+            history = groups.get(f"{place}/history")
+            alpha = load_factors(place) if history is None else history["load_factor"].to_numpy()
+            if alpha is not None:
+                yield from case_findings(place, ds, alpha, [part for part in _FINDINGS if f"{place}/{part}" in groups])
+            if history is not None:
+                yield from bound_findings(place, ds, history)
+        elif parent and model is not None:
+            yield from _FINDINGS[part](place, ds, model)
 
 
 def _from_1(groups: Groups) -> Groups:

@@ -26,20 +26,16 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import BusyError, FormatError, StorageError, shown
-from blockstruct.files import open_file, read_file
+from blockstruct.files import MOST_READ, open_file, read_file
 from blockstruct.limit import Outcome
 from blockstruct.model import RecordCase
 from blockstruct.motion import CurveOutcome
-from blockstruct.results import (
-    CERTIFICATE_MEASURES,
-    HISTORY,
-    Analysis,
-    CaseResult,
-    Variable,
-    capacity_of,
-    confirm,
-    response_of,
-)
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.capacity import capacity_of, response_of
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.history import HISTORY, Variable
+from blockstruct.results.verification import confirm
 from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,
@@ -78,8 +74,6 @@ _ATTEMPTS = 1000
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 _LINE = re.compile(rb"(blockstruct record ([a-z]{1,20}) ([0-9]{1,15}) )([0-9a-f]{64})\n")
 _LONGEST_LINE = 128
-#: Largest list of the files that a run may replace, bytes; each run adds about 60.
-_LONGEST_TARGET = 1_000_000
 
 
 def place_of(path: str | Path) -> Path:
@@ -878,7 +872,7 @@ def _target(replaced: Sequence[Stamp]) -> bytes:
 def _aimed(path: Path) -> list[Stamp]:
     """Return the stamps of files that a run may replace; none if they cannot be read."""
     try:
-        target = json.loads(read_file(path, "a record of the files a run replaces", _LONGEST_TARGET))
+        target = json.loads(read_file(path, "a record of the files a run replaces", MOST_READ))
         return [Stamp(*map(int, stamp)) for stamp in target["replaces"]]
     except (*DAMAGE, OSError):
         return []

@@ -8,17 +8,13 @@
 6
 """
 
-from blockstruct.structures.arch import arch, arch_on_piers, barrel_vault
 from blockstruct.structures.column import column, stack, tilted
 from blockstruct.structures.courses import courses
-from blockstruct.structures.cross_vault import cross_vault
-from blockstruct.structures.dome import dome
 from blockstruct.structures.openings import Opening, RoundOpening
-from blockstruct.structures.pier_spandrel import pier_spandrel
-from blockstruct.structures.room import room
 from blockstruct.structures.rubble import Rubble
 from blockstruct.structures.sides import Buttress, Sidewall
-from blockstruct.structures.wall import wall
+from blockstruct.structures.vaults import arch, arch_on_piers, barrel_vault, cross_vault, dome
+from blockstruct.structures.wall import pier_spandrel, room, wall
 
 __all__ = ["courses", "wall", "room", "pier_spandrel", "Opening", "RoundOpening", "Rubble", "Buttress", "Sidewall"]
 __all__ += ["arch", "arch_on_piers", "barrel_vault", "cross_vault", "dome", "column", "stack", "tilted"]

@@ -1,16 +1,20 @@
 """Bonds and the panels of a wall: positions of the joints of a course, and cuts at rings and slopes."""
 
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import shapely
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import ModelError
-from blockstruct.geometry.tolerances import GRID, ROUNDING
+from blockstruct.geometry.polyhedron import box, lofted
+from blockstruct.geometry.tolerances import GRID
+from blockstruct.model import Block, Material
+from blockstruct.structures.builder import block
 from blockstruct.structures.openings import QUARTER, AnyOpening, Opening
 from blockstruct.structures.rubble import RubbleJoints
 
@@ -288,3 +292,77 @@ def _without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Inter
             if piece[1] - piece[0] > ROUNDING * (b - a)
         ]
     return remaining
+
+
+@dataclass(slots=True)
+class Pieces:
+    """Blocks of a wall with its sidewalls and buttresses, in building order."""
+
+    prefix: str
+    material: Material
+    course_height: float
+    blocks: list[Block] = field(default_factory=list)
+
+    def box(self, name: str, corner: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> None:
+        """Lay a box with its smallest corner at ``corner``."""
+        self.blocks.append(block(self.prefix + name, box(corner, size), self.material, fixed=fixed))
+
+    def panel(self, panel: Panel) -> None:
+        """Lay the courses of a panel, and the voussoirs of its openings."""
+        axes, height = panel.axes, self.course_height
+        for number in range(1, len(panel.heads) + 1):
+            for unit in panel.units(number):
+                if unit.outline is not None:
+                    self._extruded(panel.name + unit.name, unit.outline, unit.v, axes)
+                    continue
+                (u0, u1), (v0, v1) = unit.u, unit.v
+                x, y, _ = np.minimum(axes[2] + u0 * axes[0] + v0 * axes[1], axes[2] + u1 * axes[0] + v1 * axes[1])
+                a, b, _ = np.abs((u1 - u0) * axes[0] + (v1 - v0) * axes[1])
+                self.box(panel.name + unit.name, (x, y, (number - 1) * height), (a, b, height))
+        for i, opening in enumerate(panel.openings, start=1):
+            for k, outline in enumerate(opening.voussoir_outlines(height), start=1):
+                self._extruded(f"{panel.name}voussoir {i}.{k}", outline, (0.0, panel.bond.thickness), axes)
+
+    def _extruded(self, name: str, outline: Array, v: tuple[float, float], axes: Array) -> None:
+        foot = axes[2] + outline[:, :1] * axes[0] + outline[:, 1:] * np.array([0.0, 0.0, 1.0])
+        body = lofted(foot + v[0] * axes[1], foot + v[1] * axes[1])
+        self.blocks.append(block(self.prefix + name, body, self.material))
+
+
+def divided_wall(elevation: Any, unit_length: float, unit_height: float) -> list[tuple[str, Array]]:
+    """Return the names ``course.k`` and outlines (k, 2) of the units of a wall in running bond.
+
+    All courses have one height: the height of the wall over the nearest whole number of courses. Every second course is
+    shifted by half a unit. Units are cut at openings and slopes. In the course above the head of an opening, one unit
+    spans the opening with a bearing of half a unit on each side.
+
+    Parameters
+    ----------
+    elevation : shapely.Polygon
+        Wall along and up, with its openings.
+    unit_length, unit_height
+        Size of a whole unit, in the unit of the elevation.
+
+    Raises
+    ------
+    ModelError
+        If an opening lies within one unit.
+    """
+    low, foot, high, top = elevation.bounds
+    courses = max(1, round((top - foot) / unit_height))
+    course, smallest = (top - foot) / courses, QUARTER * unit_length * unit_height * (1 - ROUNDING)
+    voids = shapely.get_parts(shapely.difference(shapely.box(low, foot, high, top), elevation))
+    spans: dict[int, list[tuple[float, float]]] = {}
+    for a, _, b, head in (void.bounds for void in voids if void.area > NEGLIGIBLE * smallest):
+        above = math.floor((head - foot) / course + NEGLIGIBLE)
+        if above < courses:
+            spans.setdefault(above, []).append((a - unit_length / 2, b + unit_length / 2))
+    units = []
+    for j in range(courses):
+        strip = shapely.box(low, foot + j * course, high, foot + (j + 1) * course)
+        lines = low + unit_length * (np.arange(1, math.ceil((high - low) / unit_length) + 1) - j % 2 / 2)
+        ends = [end for span in spans.get(j, []) for end in span]
+        joints = [x for x in (*lines.tolist(), *ends) if not any(a < x < b for a, b in spans.get(j, []))]
+        outlines = cut(shapely.intersection(elevation, strip), joints, smallest)
+        units += [(f"{j + 1}.{k}", outline) for k, outline in enumerate(outlines, start=1)]
+    return units

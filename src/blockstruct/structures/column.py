@@ -9,8 +9,7 @@ from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.geometry.polyhedron import box
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import checked_count
-from blockstruct.structures.builder import builder, lengths
-from blockstruct.structures.prism import block, prismatoid
+from blockstruct.structures.builder import block, builder, lengths, prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_array, si_vector
 
 

@@ -4,13 +4,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError
 from blockstruct.geometry.polyhedron import box
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total
-from blockstruct.structures.builder import builder, lengths
-from blockstruct.structures.prism import block
+from blockstruct.structures.builder import block, builder, lengths
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 

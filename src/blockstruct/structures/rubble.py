@@ -7,8 +7,8 @@ from numbers import Integral
 
 from attrs import Factory, define, field, frozen
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError, shown
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.fields import ModelObject, named_arguments, scalar
 from blockstruct.structures.builder import LENGTH, length
 

@@ -7,8 +7,8 @@ import numpy as np
 import shapely
 from attrs import field, frozen
 
+from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError
-from blockstruct.geometry.tolerances import ROUNDING
 from blockstruct.model.fields import (
     LEFT_OUT,
     ModelObject,

@@ -12,12 +12,13 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.analysis import AnalysisManager, Listener
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags
 from blockstruct.errors import ModelError, StudyWarning
-from blockstruct.limit import ProcedureSettings
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
-from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
-from blockstruct.results.interfaces import ROUNDING
+from blockstruct.results import LOAD_FACTOR
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CaseResult
 from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
@@ -143,7 +144,7 @@ class Directions:
     def _least(self) -> int:
         load_factors = self.data["load_factor"].to_numpy()
         # Load factors are never negative. Several may differ by rounding only: take the first.
-        return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + ROUNDING))[0])
+        return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + NEGLIGIBLE))[0])
 
     @property
     def without_load_factor(self) -> list[str]:

@@ -13,11 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.documents import document_of, read_content
-from blockstruct.errors import BlockstructError, DimensionError, DocumentError, ModelError, UnknownNameError, shown
-from blockstruct.keywords import did_you_mean
-from blockstruct.limit import ProcedureSettings
+from blockstruct.errors import (
+    BlockstructError,
+    DimensionError,
+    DocumentError,
+    ModelError,
+    UnknownNameError,
+    did_you_mean,
+    shown,
+)
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, Model
-from blockstruct.results import checked_parameters, checked_value, plain_value, stored_value
+from blockstruct.results import stored_value
+from blockstruct.results.analysis import checked_parameters, checked_value, plain_value
 from blockstruct.units import Q_, SI_UNITS, parse
 
 GRID, PAIRED, LATIN, MONTE_CARLO = "grid", "paired", "latin hypercube", "monte carlo"

@@ -13,11 +13,18 @@ from pathlib import Path
 from typing import Any, Self
 
 from blockstruct.analysis import AnalysisManager, recover
-from blockstruct.errors import BusyError, LoadFactorWarning, ModelError, StudyError, UnknownKeywordError, shown
-from blockstruct.keywords import did_you_mean
-from blockstruct.limit import ProcedureSettings, schedules_of
+from blockstruct.errors import (
+    BusyError,
+    LoadFactorWarning,
+    ModelError,
+    StudyError,
+    UnknownKeywordError,
+    did_you_mean,
+    shown,
+)
+from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import Model
-from blockstruct.results import restored_value
+from blockstruct.results.analysis import restored_value
 from blockstruct.storage import is_unfinished
 from blockstruct.units import own_registry
 from blockstruct.vocabulary import Status

@@ -17,11 +17,11 @@ import xarray as xr
 
 from blockstruct.analysis.plan import runs_of
 from blockstruct.errors import BlockstructError, LoadFactorWarning, StorageError, StudyWarning, shown
-from blockstruct.limit import ProcedureSettings
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import checked_tuple
 from blockstruct.model.checks import checked_count
 from blockstruct.notebook import is_terminal
-from blockstruct.results import Analysis, plain_value
+from blockstruct.results.analysis import Analysis, plain_value
 from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
 from blockstruct.studies.design import Design, Run, design_of
 from blockstruct.studies.plan import Job, Plan, Problem, values_of

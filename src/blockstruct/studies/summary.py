@@ -9,12 +9,11 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.analysis import AnalysisManager
-from blockstruct.arrays import Array
-from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, shown
-from blockstruct.keywords import check_known
+from blockstruct.arrays import NEGLIGIBLE, Array
+from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, check_known, shown
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
-from blockstruct.results import CaseResult, sliding_rates
-from blockstruct.results.interfaces import ROUNDING
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.interfaces import sliding_rates
 from blockstruct.studies.design import GRID, LATIN, Design
 from blockstruct.studies.plan import Problem
 from blockstruct.units import si
@@ -472,7 +471,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     along = ("interface",)
     predicted, left, right = _kink(result, derivative)
     # If friction has no effect, as in rocking, the derivatives are rounding errors.
-    same = max(_SAME * float(np.abs(derivative).sum()), ROUNDING * abs(result.load_factor))
+    same = max(_SAME * float(np.abs(derivative).sum()), NEGLIGIBLE * abs(result.load_factor))
     unique = max(abs(left - predicted), abs(right - predicted)) <= same
     if not unique:
         msg = (

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.text.numbers import LISTED
 from blockstruct.vocabulary import AXES, SolverStatus, coordinate, counted
 
@@ -115,10 +115,6 @@ def _listed(names: Sequence[str], noun: str) -> str:
     return ", ".join(names[:LISTED]) + (f" and {counted(rest, f'more {noun}')}" if rest > 0 else "")
 
 
-#: Force of a tie, relative to the sum of all, that counts as zero.
-_ROUNDING = 1e-6
-
-
 def tie_title(name: str, kind: str = "tie") -> str:
     """Return the name of a tie for a sentence, after the word tie unless it begins with it.
 
@@ -190,7 +186,7 @@ def least_ties_sentence(
         at = ", under the dead load alone" if governing == "dead load" else ""
         return f"load factor {load_factor:.6g}: none ({', '.join(forces)}: {why}{at})"
     # The residual force of a tie that is not needed is the solver's rounding.
-    rounded = {name: force if force > _ROUNDING * total else 0.0 for name, force in forces.items()}
+    rounded = {name: force if force > NEGLIGIBLE * total else 0.0 for name, force in forces.items()}
     each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
     clauses = [f"load factor {load_factor:.6g}: {total / 1e3:.5g} kN in all ({each})"]
     if not is_associative:

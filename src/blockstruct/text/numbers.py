@@ -5,7 +5,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.limit import reaction_unit
+from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.units import readable, to_quantity
 

@@ -11,7 +11,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.arrays import Array, Index
-from blockstruct.limit import ConicProgram, Sliding, true_sliding
+from blockstruct.limit import ConicProgram, true_sliding
+from blockstruct.limit.friction import Sliding
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling
 
 

@@ -4,6 +4,7 @@ The method is a primal–dual interior-point loop.
 """
 
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -11,12 +12,215 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array
-from blockstruct.limit import ConicProgram, Sliding
-from blockstruct.solvers.interior_point.conditions import Conditions
-from blockstruct.solvers.interior_point.cones import centred
-from blockstruct.solvers.interior_point.newton import Newton
-from blockstruct.solvers.interior_point.schur import OPTIONS, SchurComplement
-from blockstruct.solvers.interior_point.state import ContactSolution, ContactState, Residuals, Step
+from blockstruct.limit import ConicProgram
+from blockstruct.limit.friction import Sliding
+from blockstruct.solvers.interior_point.conditions import Conditions, Weights
+from blockstruct.solvers.interior_point.cones import ConeVector, Scaling, centred
+from blockstruct.solvers.interior_point.schur import OPTIONS, Factor, SchurComplement
+
+
+@dataclass(frozen=True, slots=True)
+class ContactState:
+    """Forces, multipliers, displacements and load factor, non-dimensional.
+
+    Attributes
+    ----------
+    x : (N,) array
+        Contact forces, then the auxiliary variables of crushing.
+    y, z : ConeVector
+        ``E x + e`` and its multipliers.
+    u : (6 F,) array
+        Displacements of the step.
+    alpha : float
+        Load factor.
+    """
+
+    x: Array
+    y: ConeVector
+    z: ConeVector
+    u: Array
+    alpha: float
+
+    def moved(self, d: "ContactState", t: float) -> "ContactState":
+        """Return ``self + t d``."""
+        return ContactState(
+            self.x + t * d.x, self.y + t * d.y, self.z + t * d.z, self.u + t * d.u, self.alpha + t * d.alpha
+        )
+
+    def scaled(self, ratio: float) -> "ContactState":
+        """Return the state with multipliers and displacements scaled."""
+        return ContactState(self.x, self.y, ratio * self.z, ratio * self.u, self.alpha)
+
+    def backwards(self) -> "ContactState":
+        """Return the opposite direction."""
+        return ContactState(-self.x, -1.0 * self.y, -1.0 * self.z, -self.u, -self.alpha)
+
+    def longest_step(self, d: "ContactState") -> float:
+        """Return the largest t for which ``self + t d`` stays in the cones."""
+        return min(self.y.longest_step(d.y), self.z.longest_step(d.z))
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """Residuals of a state, and the complementarity gap ``y·z``."""
+
+    equilibrium: Array
+    flow: Array
+    work: float
+    forces: ConeVector
+    gap: float
+
+    def scaled(self, share: float) -> "Residuals":
+        """Return a share of the residuals, with the same gap."""
+        return Residuals(share * self.equilibrium, share * self.flow, share * self.work, share * self.forces, self.gap)
+
+
+@dataclass(frozen=True, slots=True)
+class ContactSolution:
+    """State with the errors of its step.
+
+    Attributes
+    ----------
+    state : ContactState
+        The state.
+    unbalanced, incompatible, gap : float
+        Largest residual of equilibrium and of forces in the cones. Largest residual of displacements, relative to the
+        largest displacement. Complementarity gap relative to the work of the step.
+    iterations : int
+        Factorisations.
+    """
+
+    state: ContactState
+    unbalanced: float
+    incompatible: float
+    gap: float
+    iterations: int
+
+    def within(self, tolerance: float) -> bool:
+        """Return whether displacements and gap are within a tolerance.
+
+        Forces must be within a tenth of the tolerance.
+        """
+        return self.unbalanced <= 0.1 * tolerance and self.incompatible <= tolerance and self.gap <= tolerance
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Data of one step: memory of contacts and prescribed displacement.
+
+    Attributes
+    ----------
+    reference : (N,) array
+        Forces about which contacts are elastic.
+    opening : (N,) array
+        Opening before the step, in the rows of normal forces.
+    displacement : float or None
+        ``w_L·u``; None keeps the load factor at zero.
+    """
+
+    reference: Array
+    opening: Array
+    displacement: float | None
+
+
+#: Share of the way to the boundary that a step takes.
+FRACTION = 0.99
+#: Centrality correctors per factorisation (Gondzio). Measured: two save a third of the factorisations, more save none.
+CORRECTORS = 2
+#: Largest rounding of a direction, relative to the residual of displacements; most refinements.
+PRECISION, REFINEMENTS = 1e-2, 2
+
+
+class Newton:
+    """Compute Newton's directions at one state by one factorisation."""
+
+    def __init__(self, problem: "ContactProblem", step: Step, state: ContactState, residuals: Residuals) -> None:
+        self._problem, self._state, self._residuals = problem, state, residuals
+        self._free = step.displacement is not None
+        self._scaling = Scaling(state.y, state.z)
+        self._weights: Weights = problem.conditions.weights(self._scaling, problem.compliance)
+        self._factor: Factor = problem.complement.factorised(self._weights)
+        self._w_L = problem.problem.w_L
+        self._of_load = self._factor.solve(self._w_L) if self._free else np.zeros_like(self._w_L)
+        self._mean = residuals.gap / state.y.degree
+        self._squared = self._scaling.point.times(self._scaling.point)
+
+    def inner(self, a: ContactState, b: ContactState) -> float:
+        """Return the inner product of two directions in the scaled space."""
+        scaling = self._scaling
+        return scaling.divided(a.y).dot(scaling.divided(b.y)) + scaling.times(a.z).dot(scaling.times(b.z))
+
+    def direction(self, centre: float, residuals: Residuals, correction: ConeVector | None = None) -> ContactState:
+        """Return the direction to the point with ``y ∘ z = centre e``.
+
+        Subtract a correction of second order, if there is one.
+        """
+        problem, conditions = self._problem, self._problem.conditions
+        target = centre * conditions.identity() - self._squared
+        if correction is not None:
+            target = target - correction
+        h = self._scaling.divided(self._scaling.point.solve(target)) - self._weights.times(residuals.forces)
+        b = conditions.flow(h) - residuals.flow
+        x, u, alpha = self._forces(b, residuals.equilibrium, residuals.work)
+        for _ in range(REFINEMENTS):
+            y = conditions.of_forces(x)
+            missed = b - problem.compliance * x - conditions.flow(self._weights.times(y)) - problem.AT @ u
+            if not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max():
+                break
+            equilibrium = residuals.equilibrium + problem.A @ x + alpha * self._w_L
+            more = self._forces(missed, equilibrium, residuals.work + float(self._w_L @ u))
+            x, u, alpha = x + more[0], u + more[1], alpha + more[2]
+        y = conditions.of_forces(x)
+        return ContactState(x, y + residuals.forces, h - self._weights.times(y), u, alpha)
+
+    def _forces(self, b: Array, equilibrium: Array, work: float) -> tuple[Array, Array, float]:
+        """Solve the linear equations of a direction for x, u and α.
+
+        The equations are ``(C + Fᵀ W⁻² E) x + Aᵀ u = b``, ``A x + α w_L = −equilibrium`` and ``w_L·u = −work``.
+        """
+        problem, weights = self._problem, self._weights
+        u = self._factor.solve(equilibrium + problem.A @ weights.solve(b))
+        alpha = 0.0
+        if self._free:
+            alpha = float(-(work + self._w_L @ u) / (self._w_L @ self._of_load))
+            u = u + alpha * self._of_load
+        return weights.solve(b - problem.AT @ u), u, alpha
+
+    def corrected(self, tangent: ContactState, *, balanced: bool) -> tuple[ContactState, float]:
+        """Return Mehrotra's direction with Gondzio's correctors and its step.
+
+        With ``balanced``, the share of the residuals removed is at most the share of the gap removed. Removing more
+        lets the iterates leave the neighbourhood of the path.
+        """
+        state, scaling, mean = self._state, self._scaling, self._mean
+        reach = min(1.0, state.longest_step(tangent))
+        after = state.moved(tangent, reach)
+        centring = float(np.clip(after.y.dot(after.z) / self._residuals.gap, 1e-2, 1.0)) ** 3
+        residuals = self._residuals.scaled(1 - centring if balanced else 1.0)
+        centre = centring * mean
+        correction = scaling.divided(tangent.y).times(scaling.times(tangent.z))
+        best = self.direction(centre, residuals, correction)
+        reach = min(1.0, state.longest_step(best))
+        for _ in range(CORRECTORS):
+            if reach > 0.9:
+                break
+            beyond = state.moved(best, min(1.0, 1.2 * reach + 0.2))
+            product = scaling.divided(beyond.y).times(scaling.times(beyond.z))
+            add = (product.clipped(0.1 * centre, 10 * centre) - product).clipped(-10 * centre, 10 * centre)
+            correction = correction - add
+            trial = self.direction(centre, residuals, correction)
+            trial_reach = min(1.0, state.longest_step(trial))
+            if trial_reach < reach + 0.01:
+                break
+            best, reach = trial, trial_reach
+        if reach < 0.1:
+            # The corrections have shortened the step too much.
+            plain = self.direction(max(centring, 0.5) * mean, residuals)
+            plain_reach = min(1.0, state.longest_step(plain))
+            if plain_reach > reach:
+                best, reach = plain, plain_reach
+        return best, min(1.0, FRACTION * state.longest_step(best))
+
 
 #: Share of the way to the boundary at a turn of the central path; largest growth of the gap on the way back.
 TURNING_STEP, LARGEST_TURN = 0.5, 1.5

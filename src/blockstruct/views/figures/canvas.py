@@ -18,7 +18,7 @@ from matplotlib.path import Path
 from matplotlib.textpath import TextPath
 
 import blockstruct as bs
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import next_corners
 from blockstruct.views.solids import Solids, TieLines, View, block_pairs, round_value
@@ -26,9 +26,8 @@ from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUP
 
 #: Light in the axes of the view (right, up, toward the reader), and the share of brightness without it.
 _LIGHT, _AMBIENT = np.array([-0.3, 0.5, 0.81]), 0.62
-#: Cosine below which planes count as perpendicular to the view; distance from a face, relative to its size, that counts
-#: as on it.
-_ASIDE, _ON = 1e-6, 1e-2
+#: Distance from a face, relative to its size, that counts as on it.
+_ON = 1e-2
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +92,7 @@ def bodies(
     away = points - np.repeat(points[starts], counts, axis=0)
     normals = np.add.reduceat(np.cross(away, away[following]), starts)
     normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
-    front = normals[:, 2] > _ASIDE
+    front = normals[:, 2] > NEGLIGIBLE
 
     light = _AMBIENT + (1 - _AMBIENT) * np.clip(normals @ _LIGHT / _LIGHT[2], 0, 1.1)
     colour = to_rgba_array(fill)[solids.block_of_face]
@@ -141,7 +140,7 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     depth = np.add.reduceat(seen[:, 2], starts) / np.bincount(solids.block_of_vertex)
     pairs, toward = block_pairs(model), _normals(model) @ basis[2]
-    pairs = np.where(toward[:, None] > 0, pairs, pairs[:, ::-1])[np.abs(toward) > _ASIDE]
+    pairs = np.where(toward[:, None] > 0, pairs, pairs[:, ::-1])[np.abs(toward) > NEGLIGIBLE]
     before = np.bincount(pairs[:, 1], minlength=len(depth))
     ahead: list[list[int]] = [[] for _ in depth]
     for behind, ahead_of_it in pairs.tolist():

@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
 from blockstruct.arrays import Array
+from blockstruct.text import EFFECT
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
@@ -227,8 +228,6 @@ _MARKERS = {
 }
 #: Measures below this are drawn at this value, since their size is rounding.
 _FLOOR = 1e-12
-#: Relative difference of load factors below which they are drawn as level.
-_LEAST_SPAN = 0.01
 #: Height of the drawn ground acceleration, relative to the largest displacement.
 _GROUND = 0.25
 #: Longest drawn period of a demand, relative to the last limit state; largest drawn acceleration, relative to the
@@ -272,7 +271,7 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = ax.get_ylim()
     # An unbounded case has no last load factor.
-    least = _LEAST_SPAN * float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    least = EFFECT * float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     if high - low < least:
         ax.set_ylim((low + high - least) / 2, (low + high + least) / 2)
     legend_above(ax)

@@ -1,4 +1,4 @@
-"""Arches of wedge voussoirs, on abutments or piers, and barrel vaults."""
+"""Arches, barrel and cross vaults, and domes of fitting voussoirs."""
 
 import math
 from dataclasses import dataclass
@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.errors import ModelError
-from blockstruct.geometry.tolerances import ROUNDING
+from blockstruct.geometry.polyhedron import BOX_FACES
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import SHORTEST, check_total, checked_count
-from blockstruct.structures.builder import builder, lengths
-from blockstruct.structures.prism import prism
+from blockstruct.structures.builder import block, builder, lengths, prism, prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 
@@ -325,3 +324,188 @@ def _abutment(inner: Array, outer: Array, thickness: float, sense: float) -> lis
 
 def _rectangle(x0: float, x1: float, z0: float, z1: float) -> list[tuple[float, float]]:
     return [(x0, z0), (x1, z0), (x1, z1), (x0, z1)]
+
+
+@builder
+def cross_vault(
+    *,
+    span: QuantityLike,
+    thickness: QuantityLike,
+    courses: int,
+    units: int,
+    material: Material,
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Return the blocks of a cross vault of two semicircular barrel vaults, along x and y, that spring at z = 0.
+
+    The vertical planes of the groins and the crowns cut the blocks; at the groins the blocks meet their mirror images.
+    At its four corners the vault is one thickness wider than the springing, so that every course has a length.
+
+    Parameters
+    ----------
+    span, thickness : quantity, length
+        Clear span of both barrels, and thickness of the shell.
+    courses
+        Number of courses from the springing to the crown.
+    units
+        Number of blocks along half a barrel at the crown. Courses are staggered by half a block.
+    material
+        Material of all blocks.
+    base
+        Whether to add a fixed block under each of the four corners, ``base1`` to ``base4``.
+    prefix
+        Start of all names. ``w.j.k`` is the k-th block from the groin in the j-th course of the w-th half web. Half
+        webs are numbered around the z axis from the half web on +x at +y.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> blocks = cross_vault(span="4 m", thickness="0.4 m", courses=6, units=4, material=stone)
+    >>> len(blocks), blocks[0].name, blocks[4].name
+    (100, 'base1', '1.1.1')
+    """
+    s, t = lengths("cross_vault", span=span, thickness=thickness)
+    radius = s / 2
+    rows = checked_count(courses, 2, "cross_vault: courses")
+    count = checked_count(units, 1, "cross_vault: units")
+    check_total(8 * rows * count, "cross_vault")
+    end = radius + 2 * t
+    angle = np.linspace(0.0, math.pi / 2, rows + 1)
+    y, z = np.cos(angle), np.sin(angle)
+    y[-1] = 0.0
+
+    blocks = []
+    if base:
+        corner = np.array([[x, y, z] for z in (-t, 0.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+        corner[:, :2] = radius + corner[:, :2] * (end - radius)
+        blocks += [_turned(f"{prefix}base{k + 1}", corner, 2 * k, material, fixed=True) for k in range(4)]
+    for web in range(8):
+        for j in range(rows):
+            profile = np.array(
+                [(r * y[i], r * z[i]) for i, r in ((j, radius), (j, radius + t), (j + 1, radius + t), (j + 1, radius))]
+            )
+            joints = (np.arange(count) + (0.5 if j % 2 else 0.0)) * end / count
+            # A block shorter than a quarter at the groin is joined to its neighbour.
+            joints = joints[joints > profile[:, 0].max() + end / count / 4]
+            starts = [profile[:, 0], *(np.full(4, x) for x in joints)]
+            ends = [*starts[1:], np.full(4, end)]
+            for k, (x0, x1) in enumerate(zip(starts, ends, strict=True), start=1):
+                corners = np.concatenate([np.column_stack([x, profile]) for x in (x0, x1)])
+                blocks.append(_turned(f"{prefix}{web + 1}.{j + 1}.{k}", corners, web, material))
+    return blocks
+
+
+def _turned(name: str, corners: Array, web: int, material: Material, *, fixed: bool = False) -> Block:
+    """Move a hexahedron (8, 3) of the web on +x at +y to another web: mirrored for odd webs, then rotated."""
+    points = corners.copy()
+    quarter, mirrored = divmod(web, 2)
+    if mirrored:
+        # About the groin x = y.
+        points = points[:, [1, 0, 2]]
+    for _ in range(quarter):
+        points = points[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]
+    faces = tuple(face[::-1] for face in BOX_FACES) if mirrored else BOX_FACES
+    return block(name, (points, faces), material, fixed=fixed)
+
+
+@builder
+def dome(
+    *,
+    span: QuantityLike,
+    thickness: QuantityLike,
+    courses: int,
+    units: int,
+    oculus: QuantityLike,
+    material: Material,
+    rise: QuantityLike | None = None,
+    staggered: bool = True,
+    keystone: bool = False,
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Return the blocks of a dome about the z axis from z = 0: hemispherical or pointed, open at the top.
+
+    Joints between courses are radial to the profile, so that each ring lies on a cone of flat facets. In a staggered
+    dome every block spans two facets and every course is rotated by one facet, so that the joints fit exactly.
+
+    Parameters
+    ----------
+    span, thickness : quantity, length
+        Clear diameter at the springing, and thickness of the shell. Corners lie on these circles.
+    courses, units
+        Number of rings, and number of blocks in each ring (at least three).
+    oculus : quantity, length
+        Clear diameter of the opening at the top.
+    material
+        Material of all blocks.
+    rise : quantity, length
+        Height at which the intrados would meet the axis. Half the span (the default) gives a hemisphere, more a pointed
+        dome.
+    staggered
+        Whether the joints of a course are over the middle of the blocks below.
+    keystone
+        Whether one block closes the oculus.
+    base
+        Whether to add a fixed block under the whole dome.
+    prefix
+        Start of all names. The k-th block of the j-th ring from below is ``j.k``; the others are ``base`` and
+        ``keystone``.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> blocks = dome(span="8 m", thickness="0.8 m", courses=6, units=12, oculus="2 m", material=stone)
+    >>> len(blocks), blocks[0].name, blocks[-1].name
+    (73, 'base', '6.12')
+    """
+    s, t, opening = lengths("dome", span=span, thickness=thickness, oculus=oculus)
+    rings, count = checked_count(courses, 1, "dome: courses"), checked_count(units, 3, "dome: units")
+    check_total(rings * count, "dome")
+    height = s / 2 if rise is None else si(rise, "length", "dome: rise")
+    if height < s / 2 * (1 - ROUNDING):
+        msg = f"dome: rise {height:.6g} m; give half the span, {s / 2:.6g} m (hemispherical), or more (pointed)"
+        raise ModelError(msg)
+    if opening >= s:
+        msg = f"dome: oculus {opening:.6g} m; give less than the span, {s:.6g} m"
+        raise ModelError(msg)
+    inner, outer = half_profile(s, height, t, rings, opening)
+    facets = 2 if staggered else 1
+    angles = 2 * math.pi * np.arange(facets * count) / (facets * count)
+    around = np.column_stack([np.cos(angles), np.sin(angles)])
+
+    blocks = []
+    if base:
+        rim = np.concatenate([_ring(around, outer[0] - [0.0, z]) for z in (t, 0.0)])
+        blocks.append(prismatoid(f"{prefix}base", rim, material, fixed=True))
+    for j in range(rings):
+        shift = j % 2 if staggered else 0
+        for k in range(count):
+            pick = around[(np.arange(facets + 1) + facets * k + shift) % len(around)]
+            profile = (inner[j], outer[j], outer[j + 1], inner[j + 1])
+            corners = np.stack([_ring(pick, point) for point in profile], axis=1)
+            blocks.append(_unit(f"{prefix}{j + 1}.{k + 1}", corners, material))
+    if keystone:
+        plug = np.concatenate([_ring(around, point[-1]) for point in (inner, outer)])
+        blocks.append(prismatoid(f"{prefix}keystone", plug, material))
+    return blocks
+
+
+def _ring(around: Array, point: Array) -> Array:
+    """Return points (m, 3) at the radius and height of a profile point (2,), in horizontal directions (m, 2)."""
+    return np.column_stack([point[0] * around, np.full(len(around), point[1])])
+
+
+def _unit(name: str, corners: Array, material: Material) -> Block:
+    """Return the block with corners (m, 4, 3): on each of m meridians, inner and outer below, outer and inner above."""
+    m = len(corners)
+    # Faces from one meridian to the next: joint below, extrados, joint above, intrados.
+    strips: list[list[tuple[int, ...]]] = [
+        [(4 * k + a, 4 * k + 4 + a, 4 * k + 4 + b, 4 * k + b) for k in range(m - 1)]
+        for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))
+    ]
+    if m == 3 and np.ptp(corners[:, :2, 2]) == 0.0:
+        strips[0] = [(0, 4, 8, 9, 5, 1)]
+    ends = [(0, 1, 2, 3), tuple(4 * m - 4 + i for i in (3, 2, 1, 0))]
+    faces = tuple(face for strip in (*strips, ends) for face in strip)
+    return block(name, (corners.reshape(-1, 3), faces), material)
