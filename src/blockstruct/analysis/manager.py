@@ -221,7 +221,8 @@ class AnalysisManager:
         else:
             with Checkpoint.begin(self.store, analysis) as working:
                 done = self._record(analysis, working, problems)
-        _warn_of(done.values())
+        before = {result.name for result in known}
+        _warn_of(result for name, result in done.items() if name not in before)
         return done
 
     @classmethod
