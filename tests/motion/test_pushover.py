@@ -542,19 +542,25 @@ def test_units_that_slide_first_and_rock_then():
     assert curves[0] == pytest.approx(curves[1], rel=2e-2)
 
 
-@pytest.mark.parametrize("steps", [pytest.param(12, marks=pytest.mark.slow), 20])
+@pytest.mark.parametrize(
+    "steps", [pytest.param(12, marks=pytest.mark.slow), 20, pytest.param(40, marks=pytest.mark.slow)]
+)
 def test_a_loose_unit_that_falls_ends_the_curve(steps):
     """The end unit 5.1 falls off a wall at a seventh of its height: forces there are no load factor of the wall.
 
-    Followed on, the load factor came down to zero within a step.
+    Twelve steps, each as long as the fall is deep, come past it. The curve that goes on from there is doubted.
     """
     rows = [[1, 1] if j % 2 == 0 else [0.35, 1, 0.65] for j in range(5)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     result = run(model_of(blocks, bs.JointMaterial("dry", 0.577)), blocks[-1].name, (-1, 0, 0), steps=steps)
     curve = result.capacity
-    assert np.isnan(curve["d0"])
+    if steps < 20:
+        doubts = {part.doubt for part in bs.results.doubtful_parts(curve, result.settings.procedure)}
+        assert doubts & {"slips", "leaps"}
+    else:
+        assert np.isnan(curve["d0"])
+        assert result.curve_outcome.end in ("falls", "not_solved", "limit_reached")
     assert float(curve["displacement"][-1]) > 0.1
-    assert result.curve_outcome.end in ("falls", "not_solved", "limit_reached")
     assert float(curve["inertia"].where(curve["falls"] == 0).max()) < 1e-2
 
 

@@ -1,5 +1,7 @@
 """One step of a block: it falls by g h² until it rests, and its inertia is that of its shape."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -43,3 +45,34 @@ def test_a_block_falls_until_it_rests(height, falls):
     found = solve_step(step, np.zeros(problem.A.shape[0]))
     assert there.twist(found.u)[1, 2] == pytest.approx(-falls, rel=1e-3)
     assert found.x[:, 0].sum() == pytest.approx(1 - falls / 0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0)])
+def test_half_of_a_wall_gives_the_step_of_the_whole(direction):
+    """A wall in its plane has its middle plane as mirror, a wall pushed across the plane at half of its length."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = bs.courses(
+        [[1, 1], [0.5, 1, 0.5], [1, 1]], unit_length="0.4 m", unit_height="0.2 m", thickness="0.3 m", material=stone
+    )
+    model = model_of(blocks, bs.JointMaterial("dry", 0.6))
+    case = bs.Pushover("push", SELF_WEIGHT, push(*direction), control=(blocks[-1].name, direction))
+    statics = Statics.of(model)
+    moving, rest = MovingProblem(statics, LimitProblem.of(statics, case), case), Placement.of(model)
+    lengths = moving.lengths(rest)
+    there = moving.at(rest, 0.1, lengths, lengths)
+    problem = there.problem
+    assert there.mirror.half.n_points < 0.6 * problem.n_points
+    step = StepProblem(
+        problem=problem,
+        gap=there.contacts.gap * problem.force_unit,
+        slack=np.zeros(0),
+        inertia=sp.csr_array(moving.inertia / 10),
+        force=np.zeros((problem.n_points, 3)),
+        compliance=moving.compliance,
+        displacement=None,
+        load_factor=0.1,
+    )
+    still = np.zeros(problem.A.shape[0])
+    whole, half = (solve_step(replace(step, mirror=mirror), still) for mirror in (None, there.mirror))
+    assert half.x == pytest.approx(whole.x, abs=1e-6)
+    assert half.u == pytest.approx(whole.u, abs=1e-6 * np.abs(whole.u).max())

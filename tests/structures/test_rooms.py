@@ -13,6 +13,8 @@ LENGTH, WIDTH, HEIGHT, THICKNESS = 5.3, 4.1, 3.0, 0.5
 SIZE = {"length": "5.3 m", "width": "4.1 m", "height": "3 m", "thickness": "0.5 m", "unit_height": "0.5 m"}
 SIZE |= {"material": STONE}
 WINDOW = Opening("1.5 m", "1 m", "1 m", "1 m")
+#: Windows with less wall between them than both bearings of their lintels.
+NEAR = [Opening(start, "1 m", "0.6 m", "1 m") for start in ("0.8 m", "2.1 m")]
 PLAN = LENGTH * WIDTH - (LENGTH - 2 * THICKNESS) * (WIDTH - 2 * THICKNESS)
 #: Inner faces of the walls that cross a wall along x, and along y.
 FACES = {0: (THICKNESS, LENGTH - THICKNESS), 1: (THICKNESS, WIDTH - THICKNESS)}
@@ -64,6 +66,7 @@ def test_bonded_corners_hold_the_front_back():
         ("room: left wall 0.2 to 1.2 m corner 0.5 3.6 m", {"openings": {"left": [Opening("0.2 m", *["1 m"] * 3)]}}),
         ("room 'frnt' front", {"openings": {"frnt": [WINDOW]}}),
         ("room: back wall opening 1 4.5 m", {"openings": {"back": [Opening("4.5 m", *["1 m"] * 3)]}}),
+        ("left wall lintels course 5 1.6 to 1.9 m", {"openings": {"left": NEAR}}),
         ("room courses height", {"height": None}),
         ("room unit_length", {"unit_length": None}),
     ],

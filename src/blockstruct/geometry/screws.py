@@ -6,6 +6,8 @@ from blockstruct.arrays import Array
 
 #: Angle, radians, below which the series of a rotation is exact to rounding.
 SMALL = 1e-3
+#: Matrices of the cross product with the unit vectors, (3, 9).
+SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(0, 2, 1).reshape(3, 9)
 
 
 def rotation_matrices(vectors: Array) -> Array:
@@ -48,21 +50,19 @@ def screw_motions(translations: Array, rotations: Array) -> tuple[Array, Array]:
     return R, np.einsum("nij,nj->ni", V, translations)
 
 
-def _shares(vectors: Array) -> tuple[Array, Array, Array]:
+def _shares(vectors: Array) -> list[Array]:
     """Return ``sin θ / θ``, ``(1 − cos θ) / θ²`` and ``(θ − sin θ) / θ³`` for the lengths θ of vectors."""
     angle = np.linalg.norm(vectors, axis=1)
-    small, square = angle < SMALL, angle**2
-    a = np.where(small, 1.0, angle)
-    return (
-        np.where(small, 1 - square / 6, np.sin(a) / a),
-        np.where(small, 0.5 - square / 24, (1 - np.cos(a)) / a**2),
-        np.where(small, 1 / 6 - square / 120, (a - np.sin(a)) / a**3),
-    )
+    square, large = angle**2, angle >= SMALL
+    shares = [1 - square / 6, 0.5 - square / 24, 1 / 6 - square / 120]
+    if large.any():
+        a = angle[large]
+        exact = np.sin(a) / a, (1 - np.cos(a)) / a**2, (a - np.sin(a)) / a**3
+        for share, value in zip(shares, exact, strict=True):
+            share[large] = value
+    return shares
 
 
 def _skew(vectors: Array) -> Array:
     """Return the matrices (n, 3, 3) of the cross product with vectors."""
-    K = np.zeros((len(vectors), 3, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        K[:, j, i], K[:, i, j] = vectors[:, k], -vectors[:, k]
-    return K
+    return np.asarray((vectors @ SKEW).reshape(-1, 3, 3))

@@ -188,6 +188,8 @@ class Touching:
         From minus to plus.
     gap : (K,) array
         Distance along the normal; negative for a penetration.
+    face : (K,) array
+        The body whose face has the normal; minus where two edges cross.
     """
 
     minus: Index
@@ -195,6 +197,7 @@ class Touching:
     position: Array
     normal: Array
     gap: Array
+    face: Index
 
 
 @dataclass(frozen=True, slots=True)
@@ -344,12 +347,14 @@ class MovingBodies:
         points = place + height[:, :, None] * middle[:, None] + apart[:, :, None] * aside
         points += ((1 - 2 * level) * self.radius)[:, :, None] * towards
         pair, k = np.nonzero(keep)
+        minus, plus = self.of_part[second][pair], self.of_part[first][pair]
         return Touching(
-            minus=self.of_part[second][pair],
-            plus=self.of_part[first][pair],
+            minus=minus,
+            plus=plus,
             position=points[pair, k],
             normal=towards[pair, k],
             gap=gap[pair, k],
+            face=np.where(level[pair, k] > 0, minus, plus),
         )
 
     def _facing(self, corner: Array, normal: Array, reach: float) -> tuple[Index, Index]:

@@ -18,6 +18,7 @@ from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.motion import without_rounding
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
+from blockstruct.statics import ContactPoints
 
 #: Incommensurable weights of the components of a key. Two different places practically never have equal keys.
 _WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
@@ -35,6 +36,8 @@ class Mirror:
     Attributes
     ----------
     whole, half : LimitProblem
+    normal : (3,) array
+        Normal of the plane of symmetry.
     S : (3 K, 3 K̂) sparse array
     T : (6 F, 6 F̂) sparse array
     point, rectangle : (K,), (R,) arrays
@@ -44,6 +47,7 @@ class Mirror:
 
     whole: LimitProblem
     half: LimitProblem
+    normal: Array
     S: sp.csr_array
     T: sp.csr_array
     point: Index
@@ -57,28 +61,36 @@ class Mirror:
         not reduced.
         """
         more = len(problem.ties) or len(problem.torsion) or problem.never_slides.any() or problem.settlement is not None
-        if problem.statics is None or more or problem.statics.held.any():
+        statics = problem.statics
+        if statics is None or more or statics.held.any():
             return None
+        centroid = np.array([b.centroid for b in statics.model.blocks])
         for normal in _normals(problem):
-            found = cls._about(problem, normal)
+            found = cls.about(problem, normal, centroid, statics.points)
             if found is not None:
                 return found
         return None
 
     @classmethod
-    def _about(cls, problem: LimitProblem, normal: Array) -> Self | None:
-        """Return the mirror about a plane through the middle of the blocks."""
+    def about(
+        cls, problem: LimitProblem, normal: Array, position: Array, points: ContactPoints, same: float = ROUNDING
+    ) -> Self | None:
+        """Return the mirror about a plane through the middle of the free blocks; None without one.
+
+        ``normal`` (3,) is the normal of the plane, ``position`` (B, 3), m, the centroids of the blocks, and ``points``
+        are the contact points. Wrenches are in axes that turn with each block. Lengths that differ by less than
+        ``same``, in units of length, are equal.
+        """
         statics = problem.statics
         assert statics is not None
-        points, F = statics.points, problem.n_blocks
-        centroid = np.array([statics.model.blocks[i].centroid for i in statics.free]) / statics.length
-        position = points.position / statics.length
+        F = problem.n_blocks
+        centroid, at = position[statics.free] / statics.length, points.position / statics.length
         M, middle = np.eye(3) - 2 * np.outer(normal, normal), centroid.mean(axis=0)
-        block = _mates(centroid - middle, (centroid - middle) @ M)
+        block = _mates(centroid - middle, (centroid - middle) @ M, same)
         # Rotations are axial vectors.
         turned = _permuted(block, np.tile(np.kron(np.diag([1.0, -1.0]), M), (F, 1, 1)))
         loads = np.column_stack([problem.w_D, problem.w_L])
-        differ = np.abs(turned @ loads - loads).max() > ROUNDING * np.abs(loads).max()
+        differ = np.abs(turned @ loads - loads).max() > same * np.abs(loads).max()
         if differ or not _alike(problem.wrench_unit, block):
             return None
 
@@ -87,9 +99,9 @@ class Mirror:
         number[statics.free] = np.arange(F)
         minus, plus = number[points.minus], number[points.plus]
         frame, of_image = points.frame[points.interface], np.append(block, F)
-        before = _keys(position - middle, minus, plus, frame[:, 0])
-        after = _keys((position - middle) @ M, of_image[minus], of_image[plus], frame[:, 0] @ M)
-        point = _mates(before, after)
+        before = _keys(at - middle, minus, plus, frame[:, 0])
+        after = _keys((at - middle) @ M, of_image[minus], of_image[plus], frame[:, 0] @ M)
+        point = _mates(before, after, same)
         axes = np.einsum("kij,jl,kml->kim", frame[point], M, frame)
         # The normal points the other way if plus and minus change places.
         axes *= np.sign(axes[:, 0, 0])[:, None, None]
@@ -98,7 +110,7 @@ class Mirror:
         numbers = (problem.friction, problem.dilatancy, problem.cohesion, problem.tension, problem.compression)
         equal = all(_alike(values, point) for values in (*numbers, problem.force_unit))
         equal &= bool((point[point] == np.arange(len(point))).all())
-        if not equal or np.abs(turned @ problem.A - problem.A @ reflected).max() > ROUNDING:
+        if not equal or np.abs(turned @ problem.A - problem.A @ reflected).max() > same:
             return None
         mirror = cls._halved(problem, (block, turned, normal), (point, reflected))
         capacity = mirror.half.capacity[mirror.rectangle]
@@ -145,7 +157,7 @@ class Mirror:
             ties=Ties.none(T.shape[1]),
             statics=None,
         )
-        return cls(whole, half, S, T, of_point, of_rectangle.ravel())
+        return cls(whole, half, normal, S, T, of_point, of_rectangle.ravel())
 
     def iteration(self, of_half: Iteration) -> Iteration:
         """Return an iteration of the whole, with its own certificate."""
@@ -191,15 +203,21 @@ def _normals(problem: LimitProblem) -> list[Array]:
     return [np.where(np.abs(n) < ROUNDING, 0.0, n) for n in candidates]
 
 
-def _mates(before: Array, after: Array) -> Index:
+def _mates(before: Array, after: Array, same: float) -> Index:
     """Return the index of the mirror image of each place.
 
     ``before`` (N, c) are the keys of the places, ``after`` the keys of their mirror images. Without a mirror image the
-    index is any.
+    index is any. Places with the same key keep their order.
     """
-    weights = _WEIGHTS[: before.shape[1]]
+
+    def order(keys: Array) -> Index:
+        key = keys @ _WEIGHTS[: keys.shape[1]]
+        by_key = np.argsort(key)
+        group = np.append(0, np.cumsum(np.diff(key[by_key]) > same))
+        return np.asarray(by_key[np.lexsort((by_key, group))])
+
     mates = np.empty(len(before), dtype=np.int64)
-    mates[np.argsort(after @ weights)] = np.argsort(before @ weights)
+    mates[order(after)] = order(before)
     return mates
 
 

@@ -96,6 +96,6 @@ class Fall:
 
     def at(self, placement: Placement) -> Flags:
         """Return whether each block (B,) has fallen at a placement; supports never have."""
-        cosine = (np.trace(placement.rotation, axis1=1, axis2=2) - 1) / 2
-        turned = (cosine < np.cos(np.radians(TURNED))) & np.isfinite(self.height)
+        trace = np.einsum("bii->b", placement.rotation)
+        turned = (trace < 1 + 2 * np.cos(np.radians(TURNED))) & (self.height > -np.inf)
         return np.asarray((placement.position[:, 2] < self.height) | turned)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,6 +11,7 @@ from blockstruct.arrays import Array, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
+from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.step import limited
 from blockstruct.statics import MovingStructure, Placement
 
@@ -22,14 +23,15 @@ Loads = Callable[[float], Array]
 COMPLIANCE = 0.01
 #: Newton iterations of a step, and the unbalanced wrench of a solution relative to the weight of each block.
 ITERATIONS, SOLVED = 100, 1e-7
-#: Iterations after which changes are halved, because contacts change their state to and fro, and so is the effect of
-#: normal forces on the limits of friction.
-PATIENCE, LEAST = 8, 0.1
+#: Most halvings of a Newton step, and iterations in which the limits of friction do not follow the normal forces.
+HALVINGS, HELD = 8, 2
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
 DENSE = 60
 #: Energy of an impact, relative to the energy of the motion, from which a step ends at the impact. Shortest part of a
 #: divided step, as a share.
 IMPACT, SPLIT = 1e-3, 0.05
+#: Matrices of the cross product ``r × n`` with the unit vectors r, transposed: (3, 9).
+ACROSS = np.cross(np.eye(3)[:, None], np.eye(3)).reshape(3, 9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,28 +40,31 @@ class Contacts:
 
     Attributes
     ----------
-    minus, plus : (K,) arrays
-        Blocks; the normal points from minus to plus.
-    on_minus, on_plus : (K, 3) arrays, m
+    ends : (2, K) array
+        Blocks: minus and plus. The normal points from minus to plus.
+    arm : (2, K, 3) array, m
         Points of the two blocks that touch, from their centres of mass, in the axes of each block.
-    minus_lever, plus_lever : (K, 3, 3) arrays, m
-        Matrices from a row of force to its moment, in the same axes.
+    face : (K,) array
+        Block whose face has the normal.
     frame : (K, 3, 3) array
-        Normal and two tangents, in the axes of the minus block.
+        Normal and two tangents, in the axes of this block.
     friction : (K,) array
+    yields : (K, 1) array, 1/kg
+        Sum of the inverse masses of the two blocks.
     force : (K, 3) array, N
         In the step before: normal, and along the tangents.
+    system : _System
+        Unknowns that the contacts connect.
     """
 
-    minus: Index
-    plus: Index
-    on_minus: Array
-    on_plus: Array
-    minus_lever: Array
-    plus_lever: Array
+    ends: Index
+    arm: Array
+    face: Index
     frame: Array
     friction: Array
+    yields: Array
     force: Array
+    system: "_System"
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,27 +166,25 @@ class Dynamics:
         statics = structure.statics
         self._structure, self._masses = structure, masses
         self._free, self._B = statics.free, len(statics.model.blocks)
-        #: Place of each block among the free ones. Supports have the place after the last.
-        self._slot = np.full(self._B, len(self._free))
+        #: Place of each block among the free ones; −1 for supports.
+        self._slot = np.full(self._B, -1)
         self._slot[self._free] = np.arange(len(self._free))
         mass = masses.mass[statics.free, None]
-        #: Mass matrix (F, 6, 6) without rotations, and unit of the unbalanced wrenches (6 F,).
+        #: Mass matrix (F, 6, 6) without rotations, and unit of the unbalanced wrenches (F, 6).
         self._mass = mass[:, :, None] * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        self._inertia = masses.inertia[statics.free]
         size = masses.size[statics.free, None]
-        self._scale = (GRAVITY * mass * np.hstack([np.ones_like(size), size]).repeat(3, axis=1)).ravel()
+        self._unit = GRAVITY * mass * np.hstack([np.ones_like(size), size]).repeat(3, axis=1)
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
 
     def contacts(self, placement: Placement, reach: float, before: ContactForces) -> Contacts:
         """Return the contacts with gaps up to ``reach``, m, with the forces before at the nearest contact of each."""
-        points, gap = self._structure.points(placement, reach)
-        R, G = placement.rotation, self._centres(placement)
+        points, gap, face = self._structure.points(placement, reach)
+        ends = np.stack([points.minus, points.plus])
+        R = placement.rotation[ends]
         half = gap[:, None] / 2 * points.frame[:, 0]
-        on_minus, on_plus = (
-            np.einsum("kji,kj->ki", R[block], points.position + side - G[block])
-            for block, side in ((points.minus, -half), (points.plus, half))
-        )
-        frame = points.frame @ R[points.minus]
+        arm = points.position + np.stack([-half, half]) - self._centres(placement)[ends]
         force = np.zeros_like(points.position)
         row, at, _ = nearest(
             (before.minus, before.plus),
@@ -190,9 +193,16 @@ class Dynamics:
         )
         sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
         np.add.at(force, at, sign[:, None] * before.force[row])
-        force = _turned(points.frame, force)
-        levers = np.cross(on_minus[:, None], np.eye(3)), np.cross(on_plus[:, None], np.eye(3))
-        return Contacts(points.minus, points.plus, on_minus, on_plus, *levers, frame, points.friction, force)
+        return Contacts(
+            ends=ends,
+            arm=_turned(R.transpose(0, 1, 3, 2), arm),
+            face=face,
+            frame=points.frame @ placement.rotation[face],
+            friction=points.friction,
+            yields=self._yield[ends].sum(axis=0)[:, None],
+            force=_turned(points.frame, force),
+            system=_System(self._slot[ends], len(self._free)),
+        )
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
         """Return the state after a step; None without a solution.
@@ -208,82 +218,67 @@ class Dynamics:
         whole
             Whether the step does not end at impacts.
         """
-        free, m = self._free, self._masses
-        R, G = motion.placement.rotation, self._centres(motion.placement)
-        i, j = contacts.minus, contacts.plus
-        J = R[free] @ m.inertia[free] @ R[free].transpose(0, 2, 1)
+        free, ends, system = self._free, contacts.ends, contacts.system
+        R, G, momentum = motion.placement.rotation, self._centres(motion.placement), motion.momentum[self._free]
         M = self._mass.copy()
-        M[:, 3:, 3:] = J
-        before = np.linalg.solve(M, motion.momentum[free, :, None])[:, :, 0]
-        frame = contacts.frame @ R[i].transpose(0, 2, 1)
-        arm_i, arm_j = _turned(R[i], contacts.on_minus), _turned(R[j], contacts.on_plus)
-        gap = np.einsum("ki,ki->k", frame[:, 0], G[j] + arm_j - G[i] - arm_i)
-        relative = self._relative(contacts, frame, R)
-        yields = self._yield[i] + self._yield[j]
+        M[:, 3:, 3:] = R[free] @ self._inertia @ R[free].transpose(0, 2, 1)
+        before, twist, mean, after = np.zeros((4, self._B, 6))
+        V = np.asarray(np.linalg.solve(M, momentum[:, :, None])[:, :, 0], dtype=np.float64)
+        before[free] = V
+        frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
+        arm = _turned(R[ends], contacts.arm)
+        point = G[ends] + arm
+        gap = (frame[:, 0] * (point[1] - point[0])).sum(axis=1)
+        parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
+        v = system.relative(parts, V)
         if not whole:
-            nearing = -(relative @ before.ravel())[::3]
-            h = self._until_impact(h, gap, nearing, yields, float((before * motion.momentum[free]).sum()))
+            h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float((V * momentum).sum()))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
-        bend, omega = np.zeros((self._B, 3, 3)), before[:, 3:]
-        bend[free] = omega[:, :, None] * omega[:, None] - (omega**2).sum(axis=1)[:, None, None] * np.eye(3)
-        way = h**2 / 2 * _turned(frame, _turned(bend[j], arm_j) - _turned(bend[i], arm_i))
+        spin = (before[:, 3:] @ ACROSS).reshape(-1, 3, 3)
+        bend = _turned((spin @ spin)[ends], arm)
+        way = h**2 / 2 * _turned(frame, bend[1] - bend[0])
         way[:, 0] += gap
-        compliance = COMPLIANCE * self.time_step**2 * yields
-        # A contact that is closed damps the velocity, as if the step were longer.
-        time = h + np.where(gap <= 0, self.time_step, 0.0)
-        law = _Law(contacts, way, time, compliance, 1 / np.maximum(time * k * yields, 2 * compliance), GRAVITY / yields)
+        square = COMPLIANCE * self.time_step**2
+        compliance = square * contacts.yields
+        # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
+        resting = -way / compliance
+        resting[:, 1:] += contacts.force[:, 1:]
+        time = h + self.time_step * (gap <= 0)[:, None]
+        damping = time / compliance
         acting = loads(h)
-        push = (motion.momentum[free] / k + acting[free]).ravel()
-        found = _newton(M / k, relative, push, law, np.asarray(before.ravel(), dtype=np.float64), self._scale)
+        push = momentum / k + acting[free]
+        equations = _Equations(system, parts, M / k, push, self._unit, resting, damping, contacts.friction)
+        # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
+        share = np.minimum(square / (k * time), 0.5)
+        guess = contacts.force + share * (resting - damping * v - contacts.force)
+        found = equations.solved(V, v, guess)
         if found is None:
             return None
-        V, x, iterations = found
-        twist, mean, momentum = np.zeros((3, self._B, 6))
-        twist[free] = V.reshape(-1, 6)
-        mean[free] = (twist[free] + before) / 2
-        momentum[free] = _turned(M, twist[free])
-        work = float(x.ravel() @ (relative @ mean[free].ravel()))
+        V, x = found.V, found.x
+        twist[free], after[free] = V, _turned(M, V)
+        mean = (twist + before) / 2
         loaded = x[:, 0] > 0
-        force = np.einsum("kai,ka->ki", frame[loaded], x[loaded])
+        force = (x[loaded, None] @ frame[loaded])[:, 0]
         return Step(
-            motion=Motion(self._moved(motion.placement, twist, h), momentum, h),
+            motion=Motion(self._moved(motion.placement, twist, h), after, h),
             contacts=replace(contacts, force=x),
-            forces=ContactForces(i[loaded], j[loaded], (G[j] + arm_j)[loaded], force),
+            forces=ContactForces(ends[0, loaded], ends[1, loaded], point[1, loaded], force),
             impulse_time=k,
             twist=twist,
             mean=mean,
-            dissipated_energy=-k * work,
-            kinetic_energy=float((twist * momentum).sum()) / 2,
-            iterations=iterations,
+            dissipated_energy=-k * float((x * system.relative(parts, mean[free])).sum()),
+            kinetic_energy=float((twist * after).sum()) / 2,
+            iterations=found.iterations,
             loads=acting,
         )
-
-    def _relative(self, contacts: Contacts, frame: Array, R: Array) -> Any:
-        """Return the matrix (3 K, 6 F) of the relative velocities of contacts, plus block minus minus block."""
-        F, K = len(self._free), len(frame)
-        of_minus, of_plus = (
-            frame @ R[block] @ lever @ R[block].transpose(0, 2, 1)
-            for block, lever in ((contacts.minus, contacts.minus_lever), (contacts.plus, contacts.plus_lever))
-        )
-        parts = np.concatenate([-frame, -of_minus, frame, of_plus], 2)
-        ends = self._slot[np.column_stack([contacts.minus, contacts.plus])]
-        # The columns of supports are last, and left out.
-        if 6 * F <= DENSE:
-            dense = np.zeros((K, 3, F + 1, 6))
-            for side in (0, 1):
-                dense[np.arange(K), :, ends[:, side]] = parts[:, :, 6 * side : 6 * side + 6]
-            return np.asarray(dense[:, :, :F].reshape(3 * K, 6 * F))
-        columns = np.repeat((6 * ends[:, :, None] + np.arange(6)).reshape(K, 12), 3, axis=0)
-        shape = (3 * K, 6 * F + 6)
-        full = sp.csr_array((parts.ravel(), columns.ravel(), 12 * np.arange(3 * K + 1)), shape=shape)
-        return sp.csr_array(full[:, : 6 * F])
 
     def _until_impact(self, h: float, gap: Array, nearing: Array, compliance: Array, energy: float) -> float:
         """Return the time until the first strong impact within a step h."""
         strong = (nearing > GRAVITY * SPLIT * self.time_step) & (nearing**2 > IMPACT * energy * compliance)
-        time = gap[strong] / nearing[strong]
-        first = float(time.min(initial=np.inf))
+        if not strong.any():
+            return h
+        first = float((gap[strong] / nearing[strong]).min())
         short = SPLIT * self.time_step
         return min(h, max(first - 1.5 * short, short))
 
@@ -297,102 +292,193 @@ class Dynamics:
         return Placement(G - _turned(turned, self._masses.offset), turned)
 
 
-@dataclass(frozen=True, slots=True)
-class _Law:
-    """Forces of contacts: ``x = P(x + ρ C (x_0 − x) − ρ (g + t v))`` with the projection P onto their cones.
+class _Trial(NamedTuple):
+    """Velocities in the solution of a step.
 
     Attributes
     ----------
-    contacts : Contacts
-        With the forces before, whose tangential part is ``x_0``.
-    way : (K, 3) array, m
-        Gap g, and the tangential way that does not follow from velocities.
-    time : (K,) array, s
-    compliance, rho : (K,) arrays, m/N and N/m
-    unit : (K,) array, N
-        Of forces that are missed.
+    V, v : (F, 6) and (K, 3) arrays
+        Velocities and relative velocities.
+    x, slope : (K, 3) and (K, 3, 3) arrays
+        Forces within their limits, and their derivatives to the forces without limits.
+    missed : (F, 6) array
+        Unbalanced wrenches.
+    worst : float
+        Largest unbalanced wrench, in its unit.
+    iterations : int
+        Linear systems so far.
     """
 
-    contacts: Contacts
-    way: Array
-    time: Array
-    compliance: Array
-    rho: Array
+    V: Array
+    v: Array
+    x: Array
+    slope: Array
+    missed: Array
+    worst: float
+    iterations: int
+
+
+class _System:
+    """Unknowns of free blocks, and the contacts that connect two free blocks, or a free block and a support.
+
+    Parameters
+    ----------
+    ends : (2, K) array
+        Places of the blocks of each contact among the free ones: minus and plus; −1 for a support.
+    F
+        Number of free blocks.
+    """
+
+    def __init__(self, ends: Index, F: int) -> None:
+        K, held = ends.shape[1], ends < 0
+        # A support has the unknowns of the other block, without an effect.
+        ends = np.where(held, ends[::-1], ends).T
+        self._sign = (np.array([-1.0, 1.0]) * ~held.T).repeat(6, axis=1)[:, None]
+        self._unknown = (6 * ends[:, :, None] + np.arange(6)).reshape(K, 12)
+        self._size, self._dense = 6 * F, 6 * F <= DENSE
+        rows, columns = np.broadcast_arrays(ends[:, :, None], ends[:, None])
+        place = np.arange(F) if self._dense else _order(rows.ravel(), columns.ravel(), F)
+        self._place, self._order = place, np.argsort(place)
+        code = np.concatenate([(place[columns] * F + place[rows]).ravel(), place * (F + 1)])
+        blocks, number = np.unique(np.append(code, np.arange(F**2) if self._dense else []), return_inverse=True)
+        # Blocks are in the order of columns, and so are the entries of the matrix.
+        column, row = (part.astype(np.int64) for part in np.divmod(blocks, F))
+        first = np.searchsorted(column, np.arange(F + 1))
+        height, i = 6 * np.diff(first), np.arange(6)[:, None]
+        start = 30 * first[column] + 6 * np.arange(len(blocks))
+        entries = start[:, None, None] + height[column, None, None] * i.T + i
+        of_contacts = entries[number[: 4 * K].reshape(K, 2, 2)].transpose(0, 1, 3, 2, 4)
+        self._entry = np.concatenate([of_contacts.ravel(), entries[number[4 * K : 4 * K + F]].ravel()])
+        self._rows = np.empty(entries.size, dtype=np.int32)
+        self._rows[entries] = 6 * row[:, None, None] + i
+        self._starts = np.append(0, np.repeat(height, 6).cumsum()).astype(np.int32)
+
+    def parts(self, frame: Array, turning: Array) -> Array:
+        """Return the derivatives (K, 3, 12) of relative velocities to the velocities of the minus and the plus block.
+
+        ``turning`` (2, K, 3, 3) are the derivatives to the angular velocities, without the sign.
+        """
+        return np.asarray(np.concatenate([frame, turning[0], frame, turning[1]], axis=2) * self._sign)
+
+    def relative(self, parts: Array, V: Array) -> Array:
+        """Return the relative velocities (K, 3), plus block minus minus block, for velocities (F, 6)."""
+        return _turned(parts, V.ravel()[self._unknown])
+
+    def wrench(self, parts: Array, x: Array) -> Array:
+        """Return the wrenches (F, 6) of contact forces (K, 3)."""
+        onto = (x[:, None] @ parts).ravel()
+        return np.asarray(np.bincount(self._unknown.ravel(), onto, self._size).reshape(-1, 6), dtype=np.float64)
+
+    def solved(self, parts: Array, M: Array, weights: Array, b: Array) -> Array:
+        """Return the solution (F, 6) of ``M + Jᵀ D J`` with the weights D (K, 3, 3) and the right-hand side (F, 6)."""
+        stiffness = parts.transpose(0, 2, 1) @ (weights @ parts)
+        data = np.bincount(self._entry, np.concatenate([stiffness.ravel(), M.ravel()]), len(self._rows))
+        if self._dense:
+            return np.asarray(np.linalg.solve(data.reshape(self._size, -1).T, b.ravel()).reshape(-1, 6))
+        S = sp.csc_matrix((data, self._rows, self._starts), shape=(self._size, self._size))
+        lu = sp.linalg.splu(S, permc_spec="NATURAL", diag_pivot_thresh=0, options=OPTIONS)
+        return np.asarray(lu.solve(b[self._order].ravel()).reshape(-1, 6)[self._place])
+
+
+def _order(rows: Index, columns: Index, F: int) -> Index:
+    """Return the places (F,) of blocks in an order that keeps factors of the matrix sparse."""
+    pattern = sp.csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(F, F))
+    dominant = pattern + sp.diags_array(1 + np.ravel(pattern.sum(axis=0))).tocsc()
+    return np.asarray(sp.linalg.splu(sp.csc_matrix(dominant), permc_spec="MMD_AT_PLUS_A", options=OPTIONS).perm_c)
+
+
+@dataclass(frozen=True, slots=True)
+class _Equations:
+    """Equations of motion of a step.
+
+    Attributes
+    ----------
+    system : _System
+    parts : (K, 3, 12) array
+        As in :meth:`_System.parts`.
+    M : (F, 6, 6) array
+        Mass matrices by the time of the impulse.
+    push : (F, 6) array, N and N·m
+        Momentum before by the time of the impulse, and loads.
+    unit : (F, 6) array, N and N·m
+        Unit of unbalanced wrenches.
+    resting, damping : (K, 3) and (K, 1) arrays, N and N·s/m
+        Forces of contacts without limits are ``resting − damping v`` at relative velocities v.
+    friction : (K,) array
+    """
+
+    system: _System
+    parts: Array
+    M: Array
+    push: Array
     unit: Array
+    resting: Array
+    damping: Array
+    friction: Array
 
-    def projected(self, x: Array, v: Array) -> tuple[Array, Array, float]:
-        """Return the projection of forces (K, 3) at relative velocities (K, 3), its slope, and the largest change."""
-        soft = (self.rho * self.compliance)[:, None]
-        tried = (1 - soft) * x - self.rho[:, None] * (self.way + self.time[:, None] * v)
-        tried[:, 1:] += soft * self.contacts.force[:, 1:]
-        kept, slope = limited(tried, self.contacts.friction)
-        return kept, slope, float((np.abs(kept - x) / self.unit[:, None]).max(initial=0.0))
+    def solved(self, V: Array, v: Array, guess: Array) -> "_Trial | None":
+        """Return the solution; None if it is not found.
 
-    def linear(self, x: Array, kept: Array, slope: Array) -> tuple[Array, Array]:
-        """Return the change of forces (K, 3) at the same velocities, and its derivative to them, negative."""
-        local = np.eye(3) - (1 - self.rho * self.compliance)[:, None, None] * slope
-        right = np.concatenate([slope * (self.time * self.rho)[:, None, None], (kept - x)[:, :, None]], axis=2)
-        found = np.linalg.solve(local, right)
-        return found[:, :, 3], found[:, :, :3]
-
-
-def _newton(M: Array, relative: Any, push: Array, law: _Law, V: Array, scale: Array) -> tuple[Array, Array, int] | None:
-    """Return velocities (6 F,), forces (K, 3) and the number of iterations; None without a solution."""
-    x, K = law.contacts.force, len(law.contacts.force)
-    blocks = sp.block_diag([sp.coo_array(M[0]), *M[1:]], format="csr") if sp.issparse(relative) else _diagonal(M)
-    kept, slope, worst = law.projected(x, (relative @ V).reshape(K, 3))
-    for iterations in range(ITERATIONS + 1):
-        missed = push + relative.T @ x.ravel() - blocks @ V
-        if worst <= SOLVED and np.abs(missed / scale).max() <= SOLVED:
-            return V, x, iterations
-        if iterations >= PATIENCE:
-            slope[:, 1:, 0] /= 2
-        change, E = law.linear(x, kept, slope)
-        S = blocks + _weighted(relative, E)
-        delta = _solved(S, missed + relative.T @ change.ravel())
-        if delta is None:
+        Parameters
+        ----------
+        V, v : (F, 6) and (K, 3) arrays
+            First velocities and relative velocities.
+        guess : (K, 3) array, N
+            Forces without limits, by which contacts are open, stick or slide at first.
+        """
+        x, slope = limited(guess, self.friction)
+        x = x + _turned(slope, self.resting - self.damping * v - guess)
+        trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
+        try:
+            while not trial.worst <= SOLVED:
+                if trial.iterations > ITERATIONS:
+                    return None
+                changed = self._changed(trial, least)
+                if not changed.worst < least:
+                    normal = trial.x[:, 0]
+                    changed = self._at(trial.V, trial.v, trial.iterations + 1, normal)
+                    for _ in range(HELD):
+                        changed = self._changed(changed, changed.worst, normal)
+                    changed = self._at(changed.V, changed.v, changed.iterations)
+                trial, least = changed, min(least, changed.worst)
+        except RuntimeError:
             return None
-        change = change - _turned(E, (relative @ delta).reshape(K, 3))
-        share, best = 1.0, None
-        while True:
-            tried = V + share * delta, x + share * change
-            judged = law.projected(tried[1], (relative @ tried[0]).reshape(K, 3))
-            if best is None or judged[2] < best[1][2]:
-                best = tried, judged
-            if judged[2] < worst or iterations < PATIENCE or share < LEAST:
+        return trial
+
+    def _changed(self, trial: "_Trial", enough: float, normal: Array | None = None) -> "_Trial":
+        """Return the next trial by Newton's method: the share of the change that misses least.
+
+        Shares are halved until the trial misses less than ``enough``, and more than the share before.
+        """
+        change = self.system.solved(self.parts, self.M, trial.slope * self.damping[:, :, None], trial.missed)
+        relative, count = self.system.relative(self.parts, change), trial.iterations + 1
+        best = self._at(trial.V + change, trial.v + relative, count, normal)
+        for halving in range(1, HALVINGS + 1):
+            if best.worst < enough / 2:
                 break
-            share /= 2
-        (V, x), (kept, slope, worst) = best
-        if not np.isfinite(worst):
-            return None
-    return None
+            share = 0.5**halving
+            changed = self._at(trial.V + share * change, trial.v + share * relative, count, normal)
+            if changed.worst < best.worst:
+                best = changed
+            elif best.worst < enough:
+                break
+        return best
 
+    def _at(self, V: Array, v: Array, iterations: int, normal: Array | None = None) -> "_Trial":
+        """Return the trial at given velocities. Limits of friction follow ``normal`` forces (K,), if they are given."""
+        free = self.resting - self.damping * v
+        if normal is None:
+            x, slope = limited(free, self.friction)
+        else:
+            x, slope = limited(np.column_stack([normal, free[:, 1:]]), self.friction)
+            x[:, 0], slope[:, :, 0], slope[:, 0, 0] = np.maximum(free[:, 0], 0.0), 0.0, free[:, 0] > 0
+        missed = self._missed(V, x)
+        return _Trial(V, v, x, slope, missed, float(np.abs(missed / self.unit).max()), iterations)
 
-def _diagonal(M: Array) -> Array:
-    F = len(M)
-    full = np.zeros((F, 6, F, 6))
-    full[np.arange(F), :, np.arange(F)] = M
-    return full.reshape(6 * F, 6 * F)
-
-
-def _weighted(relative: Any, E: Array) -> Any:
-    """Return ``Jᵀ E J`` for the blocks E (K, 3, 3)."""
-    K = len(E)
-    if isinstance(relative, np.ndarray):
-        return np.asarray(relative.T @ (E @ relative.reshape(K, 3, -1)).reshape(3 * K, -1))
-    weights = sp.bsr_array((E, np.arange(K), np.arange(K + 1)), shape=(3 * K, 3 * K))
-    return relative.T @ (sp.csr_array(weights) @ relative)
-
-
-def _solved(S: Any, b: Array) -> Array | None:
-    if isinstance(S, np.ndarray):
-        return np.asarray(np.linalg.solve(S, b))
-    try:
-        return np.asarray(sp.linalg.splu(sp.csc_array(S), permc_spec="MMD_AT_PLUS_A").solve(b))
-    except RuntimeError:
-        return None
+    def _missed(self, V: Array, x: Array) -> Array:
+        return np.asarray(self.push + self.system.wrench(self.parts, x) - _turned(self.M, V))
 
 
 def _turned(matrices: Array, vectors: Array) -> Array:
-    """Return the products (n, r) of matrices (n, r, c) and vectors (n, c)."""
-    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
+    """Return the products (…, r) of matrices (…, r, c) and vectors (…, c)."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])

@@ -1,6 +1,7 @@
 """Set up the limit problem of a structure whose blocks have moved."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import attrs
@@ -10,6 +11,7 @@ import scipy.sparse as sp
 from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.limit import LimitProblem
+from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_of
 from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
@@ -27,8 +29,11 @@ from blockstruct.statics import (
 )
 from blockstruct.vocabulary import Torsion, listed
 
+#: Largest distance of the mirror image of a point from another point that is the same, in mean block sizes.
+ALIKE = 1e-5
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True)
 class MovedProblem:
     """A limit problem at a placement of the blocks.
 
@@ -52,6 +57,8 @@ class MovedProblem:
         Whether each tie is unbroken.
     statics : Statics
         Statics of the structure at rest.
+    plane : (3,) array or None
+        Normal of the plane of symmetry of the structure at rest; None if it has none.
     """
 
     problem: LimitProblem
@@ -64,6 +71,14 @@ class MovedProblem:
     elongation: Array
     holds: Flags
     statics: Statics
+    plane: Array | None
+
+    @cached_property
+    def mirror(self) -> Mirror | None:
+        """The problem of half of the structure; None if blocks have not moved symmetrically."""
+        if self.plane is None:
+            return None
+        return Mirror.about(self.problem, self.plane, self.placement.position, self.contacts.points, ALIKE)
 
     @property
     def penetration(self) -> float:
@@ -194,6 +209,8 @@ class MovingProblem:
         self.unit = np.full(len(statics.model.blocks), np.inf)
         self.unit[statics.free] = problem.wrench_unit
         self.inertia = self._inertia()
+        mirror = Mirror.of(problem)
+        self._plane = None if mirror is None else mirror.normal
         self.compliance = COMPLIANCE * statics.length / float(problem.wrench_unit.mean())
 
     @property
@@ -286,7 +303,9 @@ class MovingProblem:
             row, tie_row = motion @ equilibrium_matrix(points, *at), motion @ table.columns(*at)
             moved = moved.releasing(replace(settlement, row=row, tie_row=tie_row))
         slack = tight[holds] - table.span
-        return MovedProblem(moved, contacts, reach, placement, slack, longest, tight, elongation, holds, statics)
+        return MovedProblem(
+            moved, contacts, reach, placement, slack, longest, tight, elongation, holds, statics, self._plane
+        )
 
 
 _PARTS = (

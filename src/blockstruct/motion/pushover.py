@@ -37,6 +37,8 @@ FASTEST = 3.0
 OFF = 1.5
 #: Longest reach, for blocks that move further, in mean block sizes.
 WIDEST = 0.25
+#: Largest height of free fall in a step, in mean block sizes. Inertia is small then.
+HIGHEST = 1e3
 #: Gap that counts as closed, in mean block sizes.
 CLOSED = 1e-4
 #: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
@@ -48,7 +50,7 @@ SHORTEST = 1 / 4096
 BREAKS = 1e-4
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
-#: Load factor, relative to collapse, at which the push meets what it cannot move.
+#: Load factor, relative to collapse, above which something immovable stops the push.
 JAMS = 100.0
 #: Share of inertia in the work of the last step above which blocks fall. Speed, relative to the fastest block, above
 #: which a moving block is named.
@@ -186,7 +188,7 @@ class _Path:
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(
-            moved, unloaded, np.zeros_like(mechanism), self.held, self._length / self.attempts[0][1]
+            moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / self.attempts[0][1]
         )
         if solved is None:
             return None
@@ -294,19 +296,20 @@ class _Path:
     def _solved(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
 
-        Blocks fall until they rest. Blocks also fall if no step is found.
+        Blocks fall until they rest. Blocks also fall if no step is found. A fall from a state that is hardly unstable
+        begins slowly: its height grows until blocks fall.
         """
-        if memory.falls:
-            found = self._fallen_from(placement, twist, memory, self._height(memory))
-            if found is None or self._is_falling(found):
+        height = self._height(memory)
+        found = self._fallen_from(placement, twist, memory, height) if memory.falls else None
+        if found is not None and self._is_falling(found):
+            return found
+        pushed = self._pushed(placement, twist, way, memory)
+        while pushed is None and height < HIGHEST * self._length:
+            found = self._fallen_from(placement, twist, memory, height)
+            if found is not None and self._is_falling(found):
                 return found
-            # A fall from a state that is hardly unstable begins slowly.
-            return self._pushed(placement, twist, way, memory) or found
-        found = self._pushed(placement, twist, way, memory)
-        if found is None:
-            found = self._fallen_from(placement, twist, memory, WIDEST * self._length / 4)
-            return found if found is not None and self._is_falling(found) else None
-        return found
+            height *= GROWTH**2
+        return pushed
 
     def _is_falling(self, found: MotionState) -> bool:
         """Return whether blocks move further in a fall than the control point moves them."""
@@ -319,30 +322,30 @@ class _Path:
         """
         wanted, reach, wide = self._time(placement, twist, way), self._reach(way), WIDEST * self._length
         far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
-        least, moved, paced = SHORTEST * wanted, self._course.at(placement, reach), False
-        before = forces_at(moved, memory)
+        least, moved = SHORTEST * wanted, self._course.at(placement, reach)
+        before, guess, paced = forces_at(moved, memory), twist, False
         while True:
-            solved, time, inertia_time = self._attempted(moved, before, twist, wanted, far)
+            solved, time, inertia_time = self._attempted(moved, before, (twist, guess), wanted, far)
             if solved is None:
                 return None
             motion = moved.twist(solved.u / time)
             jams = abs(solved.load_factor) > JAMS * self.scale
-            if self._closing(motion) * time > reach:
+            closing = self._closing(motion) * time
+            if closing > reach:
                 gone = self._speed(placement, motion) * time
                 if jams and time > least:
                     wanted = max(SHORTER * time, least)
-                elif not paced and gone > OFF * way:
-                    # Other blocks than before move, and go further for the same work.
-                    wanted, paced = time * way / gone, True
-                elif reach < wide:
+                elif reach < wide and (paced or gone <= OFF * way):
                     reach, moved, wanted = wide, self._course.at(placement, wide), time
                     before = forces_at(moved, memory)
-                elif not paced:
-                    wanted, paced = reach / self._closing(motion), True
-                else:
+                elif time <= least:
                     return None
+                else:
+                    # Other blocks than before may move, and go further for the same work.
+                    share = SHORTER if paced else min(way / gone, reach / (OFF * closing))
+                    wanted, paced = max(share * time, least), True
                 continue
-            found = self._completed(moved, solved, time, inertia_time, falls=time <= least)
+            found = self._completed(moved, solved, inertia_time, falls=time <= least)
             broken = self._until_broken(found)
             share = min(
                 self._shortened(moved, solved, before, twist, time, way), broken, self._until_zero(moved, found)
@@ -352,7 +355,7 @@ class _Path:
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 least, far = 0.0, share * far
-            wanted = max(min(share, SHORTER if jams else 1.0) * time, least)
+            wanted, guess = max(min(share, SHORTER if jams else 1.0) * time, least), motion
 
     def _fallen_from(
         self, placement: Placement, twist: Array, memory: MotionState, height: float
@@ -367,28 +370,29 @@ class _Path:
         wanted = self._time(placement, twist, SHORTEST * reach)
         falling = twist / max(float(np.linalg.norm(twist[:, :3], axis=1).max()), 1e-300)
         while height > CLOSED * self._length:
-            solved, inertia_time = self._step(moved, before, height * falling, wanted, height)
+            solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 jams = abs(solved.load_factor) > JAMS * self.scale
-                return None if jams else self._completed(moved, solved, wanted, inertia_time, falls=True)
+                return None if jams else self._completed(moved, solved, inertia_time, falls=True)
             height = min(height, reach) / 4
         return None
 
     def _attempted(
-        self, moved: MovedProblem, before: Array, twist: Array, wanted: float, far: float
+        self, moved: MovedProblem, before: Array, twists: tuple[Array, ...], wanted: float, far: float
     ) -> tuple[StepSolution | None, float, float]:
         """Return the first solution of the attempts at a step, its time and its time of inertia."""
         for share, inertia in self.attempts:
             time = share * wanted
-            solved, inertia_time = self._step(moved, before, time * twist, time, far / inertia)
+            motions = [time * twist for twist in twists]
+            solved, inertia_time = self._step(moved, before, motions, time, far / inertia)
             if solved is not None:
                 return solved, time, inertia_time
         return None, np.nan, np.nan
 
-    def _completed(
-        self, moved: MovedProblem, solved: StepSolution, time: float, inertia_time: float, *, falls: bool
-    ) -> MotionState:
+    def _completed(self, moved: MovedProblem, solved: StepSolution, inertia_time: float, *, falls: bool) -> MotionState:
         """Return the complete state of a solution."""
+        # Only inertia resists a mechanism: rounding shifts the work that was prescribed.
+        time = float(moved.problem.w_L @ solved.u)
         motion = moved.twist(solved.u / time)
         state = self._state(moved, solved, motion, time, inertia_time, falls=falls)
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
@@ -413,7 +417,7 @@ class _Path:
         gaps = np.concatenate([moved.contacts.gap, moved.slack])
         units = np.concatenate([problem.force_unit, problem.ties.force_unit])
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
-        # Where a hinge moves along a joint, the contact point next to it carried the force before.
+        # If a hinge moves along a joint, the contact point next to it carried the force before.
         new = np.concatenate([before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
         across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
         if not across.any():
@@ -421,10 +425,10 @@ class _Path:
         going = moved.velocities(twist * time)
         rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
         share = (1 - ACROSS) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
-        return share if share < 1 else SHORTER
+        return share if share < 1 - ACROSS else SHORTER
 
     def _step(
-        self, moved: MovedProblem, before: Array, motion: Array, time: float | None, height: float
+        self, moved: MovedProblem, before: Array, motions: Sequence[Array], time: float | None, height: float
     ) -> tuple[StepSolution | None, float]:
         """Return the solution of a step and its time of inertia.
 
@@ -441,8 +445,9 @@ class _Path:
             compliance=self._problem.compliance,
             displacement=time,
             load_factor=0.0 if last is None else last.load_factor,
+            mirror=moved.mirror,
         )
-        solved = solve_step(step, moved.velocities(motion))
+        solved = solve_step(step, *(moved.velocities(motion) for motion in motions))
         self._spent += 0 if solved is None else solved.iterations
         return solved, float(np.sqrt(squared))
 
@@ -478,9 +483,9 @@ class _Path:
 
         It grows where blocks move less than a quarter of the reach of contact detection.
         """
-        least = WIDEST * self._length / 4
+        least, grown = WIDEST * self._length / 4, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2
         fallen = float(np.linalg.norm(last.velocity, axis=1).max()) * last.motion_time
-        return max(least, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2) if fallen < least / 4 else least
+        return grown if last.falls and fallen < least / 4 and grown < HIGHEST * self._length else least
 
     def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
         """Return the share of the step of a state at which the load factor is nearly zero; one if it stays above."""

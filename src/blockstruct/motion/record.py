@@ -1,5 +1,6 @@
 """Follow a structure through an acceleration of the ground."""
 
+from bisect import bisect_right
 from collections.abc import Generator
 from math import ceil
 
@@ -21,7 +22,8 @@ STATES, SHORTEST = 200, 0.01
 #: Most parts of a step in which blocks strike one another, and most tries of a part, each half as long as the last.
 SPLITS, TRIES = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
-#: the gap. Contacts are searched again when a block has moved by half of the gap, or after this number of states.
+#: the gap. Contacts are searched again when two blocks together may have moved by the gap; from a state that is kept
+#: when they may have moved by half of it, or after this number of states.
 REACH, AHEAD, KEPT = 0.02, 8, 16
 #: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
 #: relative to gravity. At the turn of a motion, only the first is small.
@@ -90,7 +92,7 @@ class _Run:
         # Loads through the centres of mass do not change in motion.
         plain = not (self._dead.lever.any() or self._masses.offset.any())
         self._weight = self._dead.wrench if plain else None
-        self._contacts: tuple[Contacts | None, float, float, int] = None, 0.0, 0.0, 0
+        self._contacts: tuple[Contacts | None, Array, float, int] = None, np.empty(0), 0.0, 0
         self._h = time_step(statics, case)
         self._dynamics = Dynamics(MovingStructure(statics), self._masses, self._h)
         self._start = Placement.of(model)
@@ -100,6 +102,7 @@ class _Run:
         m = self._masses
         self._rest = REST * STANDARD_GRAVITY * float((m.mass * m.size)[self._free].sum())
         self._times, ground = case.times, case.ground
+        self._moments = self._times.tolist()
         # The integral of the acceleration, which is linear between samples: a step takes the mean over its impulse.
         steps = np.diff(self._times)[:, None] * (ground[1:] + ground[:-1]) / 2
         self._ground, self._velocity = ground, np.concatenate([np.zeros((1, 3)), steps.cumsum(axis=0)])
@@ -155,16 +158,19 @@ class _Run:
             state.minus_of_contact, state.plus_of_contact, state.point_of_contact, state.force_of_contact
         )
         twist = np.column_stack([state.velocity, state.angular_velocity])
-        contacts, moved, reach, kept = (None, 0.0, 0.0, 0) if state.finds_contacts else self._contacts
-        peak, impulse, acting = state.peak_displacement.copy(), np.zeros(3), 0.0
+        contacts, moved, reach, kept = self._contacts
+        if state.finds_contacts:
+            contacts = None
+        square, impulse, acting = state.peak_displacement**2, np.zeros(3), 0.0
         dead = record = dissipated = 0.0
         steps, iterations, done, kinetic = state.steps, state.iterations, 0.0, state.kinetic_energy
         total, splits, part = round(kept_interval(self._case) / h), 0, 0
         while part < total:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
-                reach = max(REACH * self._statics.length, AHEAD * h * self._fastest(twist))
-                contacts, moved, kept = self._dynamics.contacts(motion.placement, reach, forces), 0.0, 0
+                reach = max(REACH * self._statics.length, AHEAD * h * float(self._speeds(twist).max()))
+                contacts = self._dynamics.contacts(motion.placement, reach, forces)
+                moved, kept = np.zeros(len(twist)), 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
             step = self._solved(motion, contacts, weight, time, left, whole=splits >= SPLITS)
             if step is None:
@@ -183,9 +189,11 @@ class _Run:
             earlier, twist = twist, step.twist
             steps, iterations, kinetic = steps + 1, iterations + step.iterations, step.kinetic_energy
             place = motion.placement
-            np.maximum(peak, np.linalg.norm(place.position - self._start.position, axis=1), out=peak)
-            moved += motion.last_step * self._fastest(twist)
-            if moved > reach / 2:
+            way = place.position - self._start.position
+            square = np.maximum(square, _squares(way))
+            moved = moved + motion.last_step * self._speeds(twist)
+            closing = np.partition(moved, -2)[-2:].sum() / reach
+            if closing > 1:
                 contacts = None
             if self._fall.at(place).any():
                 break
@@ -193,11 +201,11 @@ class _Run:
         self._contacts = contacts, moved, reach, kept + 1
         return RecordState(
             time=time,
-            displacement=motion.placement.position - self._start.position,
+            displacement=way,
             rotation=motion.placement.vectors,
             velocity=twist[:, :3],
             angular_velocity=twist[:, 3:],
-            peak_displacement=peak,
+            peak_displacement=np.sqrt(square),
             ground_acceleration=self._acceleration(time),
             base_reaction=impulse / acting,
             acceleration=float(np.linalg.norm(twist[:, :3] - earlier[:, :3], axis=1).max()) / k,
@@ -209,7 +217,7 @@ class _Run:
             last_step=motion.last_step,
             steps=steps,
             iterations=iterations,
-            finds_contacts=contacts is None or kept + 1 >= KEPT,
+            finds_contacts=bool(closing > 0.5) or kept + 1 >= KEPT,
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
@@ -256,7 +264,7 @@ class _Run:
         """Return the sample before a time, and the share of the way to the next; −1 after the record."""
         if time > self._end:
             return -1, 0.0
-        k = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1) - 1
+        k = min(bisect_right(self._moments, time), len(self._moments) - 1) - 1
         return k, float((time - self._times[k]) / (self._times[k + 1] - self._times[k]))
 
     def _placement(self, state: RecordState) -> Placement:
@@ -269,10 +277,9 @@ class _Run:
         found[self._fixed] = 0.0
         return found
 
-    def _fastest(self, twist: Array) -> float:
-        """Return the largest speed of any point, m/s, or an upper bound."""
-        speed = np.linalg.norm(twist[:, :3], axis=1) + self._radius * np.linalg.norm(twist[:, 3:], axis=1)
-        return float(speed.max())
+    def _speeds(self, twist: Array) -> Array:
+        """Return upper bounds (B,) of the speed of any point of each block, m/s."""
+        return np.asarray(np.sqrt(_squares(twist[:, :3])) + self._radius * np.sqrt(_squares(twist[:, 3:])))
 
     def _dead_wrench(self, placement: Placement) -> Array:
         """Return the dead loads (B, 6) about the centres of mass."""
@@ -285,6 +292,11 @@ class _Run:
         """Return the force (3,) of the supports on the structure."""
         sign = self._fixed[forces.minus].astype(float) - self._fixed[forces.plus]
         return np.asarray(sign @ forces.force)
+
+
+def _squares(vectors: Array) -> Array:
+    """Return the squares (n,) of the lengths of vectors (n, 3)."""
+    return np.asarray(np.einsum("ni,ni->n", vectors, vectors))
 
 
 #: Joint properties that a response refuses: neutral value and unit.

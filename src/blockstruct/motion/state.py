@@ -120,7 +120,7 @@ class CurveOutcome:
     blocks : tuple of str
         Those that the end is about: that fall, move furthest or touch.
     direction : tuple of float
-        In which the first of them moves.
+        In which the first one moves.
     stands : bool
         Whether the control point rests or goes back.
     """

@@ -1,12 +1,14 @@
 """One step of rigid blocks with elastic contacts, friction, ties and inertia."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array
 from blockstruct.limit import LimitProblem
+from blockstruct.limit.mirror import Mirror
+from blockstruct.limit.ties import Ties
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
@@ -61,6 +63,8 @@ class StepProblem:
         ``s``; None prescribes the load factor.
     load_factor : float
         Prescribed load factor, or a first guess.
+    mirror : Mirror or None
+        The problem of half of the structure, if it is its own mirror image. The solution is then symmetrical.
     """
 
     problem: LimitProblem
@@ -71,6 +75,7 @@ class StepProblem:
     compliance: float
     displacement: float | None
     load_factor: float = 0.0
+    mirror: Mirror | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +99,7 @@ class StepSolution:
     iterations: int
 
 
-def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
+def solve_step(step: StepProblem, motion: Array, near: Array | None = None) -> StepSolution | None:
     """Solve a step.
 
     The method is the semismooth Newton method of P. Alart, A. Curnier (Comput. Methods Appl. Mech. Eng. 92 (1991)
@@ -106,21 +111,58 @@ def solve_step(step: StepProblem, motion: Array) -> StepSolution | None:
     step
         The step.
     motion : (6 F,) array
-        Displacements to begin with.
+        Displacements with which Newton's method begins.
+    near : (6 F,) array, optional
+        Displacements of a similar step, with which splitting begins; ``motion`` by default.
 
     Returns
     -------
     StepSolution or None
         None if neither method converges.
     """
+    near = motion if near is None else near
+    return _solve(step, motion, near) if step.mirror is None else _solve_half(step, step.mirror, motion, near)
+
+
+def _solve(step: StepProblem, motion: Array, near: Array) -> StepSolution | None:
+    """Solve a step without symmetry."""
     newton = _Newton(step)
     u, alpha = newton.predicted(motion)
     if not np.isfinite(alpha):
         u, alpha = motion, step.load_factor
     found = newton.solve(u, alpha)
-    if found is None and (rough := _split(newton, motion)) is not None:
+    if found is None and (rough := _split(newton, near)) is not None:
         found = newton.solve(rough.u, rough.load_factor) or rough
     return found
+
+
+def _solve_half(step: StepProblem, mirror: Mirror, motion: Array, near: Array) -> StepSolution | None:
+    """Solve a step of a structure that is its own mirror image by solving its half."""
+    # Motions of blocks in the plane of symmetry that are not symmetrical have empty columns.
+    some = np.flatnonzero(np.diff(mirror.T.tocsc().indptr))
+    T = sp.csr_array(mirror.T[:, some])
+    size = T.power(2).sum(axis=0)
+    _, first, number = np.unique(mirror.point, return_index=True, return_counts=True)
+    half = replace(
+        mirror.half,
+        A=sp.csc_array(sp.csr_array(mirror.half.A)[some]),
+        w_D=mirror.half.w_D[some],
+        w_L=mirror.half.w_L[some],
+        # A point that stands for two is half as compliant.
+        force_unit=mirror.half.force_unit / np.sqrt(number),
+        ties=Ties.none(len(some)),
+    )
+    of_half = replace(
+        step,
+        problem=half,
+        gap=step.gap[first] * number,
+        inertia=sp.csr_array(T.T @ step.inertia @ T),
+        force=step.force[first],
+    )
+    found = _solve(of_half, (T.T @ motion) / size, (T.T @ near) / size)
+    if found is None:
+        return None
+    return replace(found, x=(mirror.S @ found.x.ravel()).reshape(-1, 3), u=T @ found.u)
 
 
 def _split(newton: "_Newton", motion: Array) -> StepSolution | None:

@@ -186,14 +186,17 @@ class MovingStructure:
     def contacts(self, placement: Placement, reach: float) -> MovedContacts:
         """Return the contacts at a placement with gaps up to ``reach``, m."""
         statics = self.statics
-        points, gap = self.points(placement, reach)
+        points, gap, _ = self.points(placement, reach)
         A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
         return MovedContacts(points, gap, A)
 
-    def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array]:
-        """Return the contact points at a placement with gaps up to ``reach``, m, and their gaps (K,), m."""
+    def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array, Index]:
+        """Return the contact points at a placement with gaps up to ``reach``, m, and their gaps (K,), m.
+
+        Also return the block (K,) whose face has the normal.
+        """
         found = self._bodies.touching(placement.position, placement.rotation, reach, self.statics.length)
-        return self._points(found, placement.rotation), found.gap
+        return self._points(found, placement.rotation), found.gap, found.face
 
     def ties(self, placement: Placement) -> TieTable:
         """Return the ties between the moved anchors at a placement."""

@@ -248,12 +248,17 @@ class Panel:
         ends = zip(self.extent, (self.back, self.ahead), strict=True)
         return [x for a, b, _ in self.crossings for x in (a, b)] + [end for end, beyond in ends if beyond > 0]
 
+    @property
+    def _wall(self) -> str:
+        """Name of the panel in messages."""
+        return f"{self.name.rstrip('.')} wall".strip()
+
     def _check_bearings(self, course: int, spans: Sequence[Interval]) -> None:
         for (_, end), (start, _) in pairwise(sorted(spans)):
             if start < end - ROUNDING * self.bond.unit_length:
                 msg = (
-                    f"wall: two lintels of course {course} overlap from {start:.6g} to {end:.6g} m; give the openings "
-                    "a shorter bearing: zero, or at most half the wall between them"
+                    f"{self._wall}: two lintels of course {course} overlap from {start:.6g} to {end:.6g} m; give the "
+                    "openings a shorter bearing: zero, or at most half the wall between them"
                 )
                 raise ModelError(msg)
 
@@ -264,8 +269,8 @@ class Panel:
             a, _, b, _ = lintel.bounds
             obstacle = "a ring of voussoirs" if meets else "a slope"
             msg = (
-                f"wall: the lintel of course {course}, from {a:.6g} to {b:.6g} m, meets {obstacle}; move the opening, "
-                "or make its bearing shorter or zero"
+                f"{self._wall}: the lintel of course {course}, from {a:.6g} to {b:.6g} m, meets {obstacle}; move the "
+                "opening, or make its bearing shorter or zero"
             )
             raise ModelError(msg)
 
