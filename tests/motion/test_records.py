@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.motion import respond
+from blockstruct.motion import record, respond
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.record import _Run
 from blockstruct.statics import Statics
@@ -114,6 +114,19 @@ def test_half_the_step_gives_the_same_peak():
     assert peaks[0] == pytest.approx(peaks[1], rel=0.05)
 
 
+def test_the_search_of_contacts_does_not_change_rocking(monkeypatch):
+    blocks, joint = single_block(0.4, 2.0, mu=0.6)
+    statics, t = Statics.of(model_of(blocks, joint)), np.arange(0, 2, 0.01)
+    case = bs.RecordCase("r", SELF_WEIGHT, Q_(0.3 * np.sin(2 * np.pi * t), "g_0"), "0.01 s", "+x")
+    found = []
+    for reach, ahead in ((record.REACH, record.AHEAD), (1e-4, 1)):
+        monkeypatch.setattr(record, "REACH", reach)
+        monkeypatch.setattr(record, "AHEAD", ahead)
+        found.append([state.displacement[1, 0] for state in islice(respond(statics, case), 200)])
+    assert np.ptp(found[0]) > 0.05
+    assert found[0] == pytest.approx(found[1], abs=1e-5)
+
+
 def test_impacts_of_a_wall_between_sidewalls_are_solved():
     """A façade of 17 blocks opens under 0.3 g, and strikes its sidewalls after 1.5 s."""
     door = bs.structures.Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
@@ -122,8 +135,8 @@ def test_impacts_of_a_wall_between_sidewalls_are_solved():
     stone = bs.Material("tuff", "12 kN/m^3")
     blocks = bs.wall(length="3.2 m", courses=3, **size, openings=[door], sidewalls=sides, material=stone)
     t = np.arange(0, 3, 0.01)
-    record = 0.3 * np.sin(2 * np.pi * t) * np.sin(np.pi * t / 3)
-    case = bs.RecordCase("r", SELF_WEIGHT, Q_(record, "g_0"), "0.01 s", "-y")
+    motion = 0.3 * np.sin(2 * np.pi * t) * np.sin(np.pi * t / 3)
+    case = bs.RecordCase("r", SELF_WEIGHT, Q_(motion, "g_0"), "0.01 s", "-y")
     joints = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime mortar", 0.65)}
     statics = Statics.of(bs.Model("façade", blocks, bs.detect_interfaces(blocks, joints)))
     last = max(islice(respond(statics, case), 115), key=lambda state: state.time)

@@ -188,8 +188,9 @@ class Touching:
         From minus to plus.
     gap : (K,) array
         Distance along the normal; negative for a penetration.
-    face : (K,) array
-        The body whose face has the normal; minus where two edges cross.
+    level : (K,) array
+        1 where a vertex of plus is above a face of minus, 0 where a vertex of minus is above a face of plus, and ½ at
+        crossings of edges. The position is at the vertex, or midway.
     """
 
     minus: Index
@@ -197,7 +198,7 @@ class Touching:
     position: Array
     normal: Array
     gap: Array
-    face: Index
+    level: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -347,14 +348,13 @@ class MovingBodies:
         points = place + height[:, :, None] * middle[:, None] + apart[:, :, None] * aside
         points += ((1 - 2 * level) * self.radius)[:, :, None] * towards
         pair, k = np.nonzero(keep)
-        minus, plus = self.of_part[second][pair], self.of_part[first][pair]
         return Touching(
-            minus=minus,
-            plus=plus,
+            minus=self.of_part[second][pair],
+            plus=self.of_part[first][pair],
             position=points[pair, k],
             normal=towards[pair, k],
             gap=gap[pair, k],
-            face=np.where(level[pair, k] > 0, minus, plus),
+            level=level[pair, k],
         )
 
     def _facing(self, corner: Array, normal: Array, reach: float) -> tuple[Index, Index]:

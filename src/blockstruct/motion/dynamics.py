@@ -1,7 +1,7 @@
 """Move rigid blocks with mass that touch, rub and strike each other."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,6 @@ from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
 from blockstruct.solvers.interior_point.schur import OPTIONS
-from blockstruct.solvers.step import limited
 from blockstruct.statics import MovingStructure, Placement
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
@@ -22,7 +21,7 @@ Loads = Callable[[float], Array]
 #: this share of the way that their force moves the blocks in a step, and a bounce decays by 90 % in each step.
 COMPLIANCE = 0.01
 #: Newton iterations of a step, and the unbalanced wrench of a solution relative to the weight of each block.
-ITERATIONS, SOLVED = 100, 1e-7
+ITERATIONS, SOLVED = 200, 1e-7
 #: Most halvings of a Newton step, and iterations in which the limits of friction do not follow the normal forces.
 HALVINGS, HELD = 8, 2
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
@@ -51,8 +50,6 @@ class Contacts:
     friction : (K,) array
     yields : (K, 1) array, 1/kg
         Sum of the inverse masses of the two blocks.
-    force : (K, 3) array, N
-        In the step before: normal, and along the tangents.
     system : _System
         Unknowns that the contacts connect.
     """
@@ -63,7 +60,6 @@ class Contacts:
     frame: Array
     friction: Array
     yields: Array
-    force: Array
     system: "_System"
 
 
@@ -98,11 +94,14 @@ class Motion:
         Those of supports are zero.
     last_step : float
         Length of the step before, s; zero at first.
+    force : (K, 3) array, N
+        Of each contact in the step before: normal, and along the tangents.
     """
 
     placement: Placement
     momentum: Array
     last_step: float
+    force: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +112,6 @@ class Step:
     ----------
     motion : Motion
         After the step.
-    contacts : Contacts
-        The same, with their forces.
-    forces : ContactForces
     impulse_time : float
         Time for which forces act, s: from the middle of the step before to the middle of this one.
     twist, mean : (B, 6) arrays
@@ -131,8 +127,6 @@ class Step:
     """
 
     motion: Motion
-    contacts: Contacts
-    forces: ContactForces
     impulse_time: float
     twist: Array
     mean: Array
@@ -178,13 +172,14 @@ class Dynamics:
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
 
-    def contacts(self, placement: Placement, reach: float, before: ContactForces) -> Contacts:
-        """Return the contacts with gaps up to ``reach``, m, with the forces before at the nearest contact of each."""
-        points, gap, face = self._structure.points(placement, reach)
+    def contacts(self, placement: Placement, reach: float, before: ContactForces) -> tuple[Contacts, Array]:
+        """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact."""
+        points, gap, level = self._structure.points(placement, reach)
         ends = np.stack([points.minus, points.plus])
         R = placement.rotation[ends]
-        half = gap[:, None] / 2 * points.frame[:, 0]
-        arm = points.position + np.stack([-half, half]) - self._centres(placement)[ends]
+        face = np.where(level > 0, points.minus, points.plus)
+        share = np.stack([-level, 1 - level])[:, :, None]
+        arm = points.position + share * gap[:, None] * points.frame[:, 0] - self._centres(placement)[ends]
         force = np.zeros_like(points.position)
         row, at, _ = nearest(
             (before.minus, before.plus),
@@ -193,16 +188,24 @@ class Dynamics:
         )
         sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
         np.add.at(force, at, sign[:, None] * before.force[row])
-        return Contacts(
+        found = Contacts(
             ends=ends,
             arm=_turned(R.transpose(0, 1, 3, 2), arm),
             face=face,
             frame=points.frame @ placement.rotation[face],
             friction=points.friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
-            force=_turned(points.frame, force),
             system=_System(self._slot[ends], len(self._free)),
         )
+        return found, _turned(points.frame, force)
+
+    def forces(self, motion: Motion, contacts: Contacts) -> ContactForces:
+        """Return the forces of the step before on the moved blocks."""
+        R, loaded = motion.placement.rotation, motion.force[:, 0] > 0
+        minus, plus = contacts.ends[:, loaded]
+        own = (motion.force[loaded, None] @ contacts.frame[loaded])[:, 0]
+        point = self._centres(motion.placement)[plus] + _turned(R[plus], contacts.arm[1, loaded])
+        return ContactForces(minus, plus, point, _turned(R[contacts.face[loaded]], own))
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
         """Return the state after a step; None without a solution.
@@ -232,7 +235,7 @@ class Dynamics:
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
         if not whole:
-            h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float((V * momentum).sum()))
+            h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float(np.vdot(V, momentum)))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
         spin = (before[:, 3:] @ ACROSS).reshape(-1, 3, 3)
@@ -243,7 +246,7 @@ class Dynamics:
         compliance = square * contacts.yields
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
-        resting[:, 1:] += contacts.force[:, 1:]
+        resting[:, 1:] += motion.force[:, 1:]
         time = h + self.time_step * (gap <= 0)[:, None]
         damping = time / compliance
         acting = loads(h)
@@ -251,24 +254,20 @@ class Dynamics:
         equations = _Equations(system, parts, M / k, push, self._unit, resting, damping, contacts.friction)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
         share = np.minimum(square / (k * time), 0.5)
-        guess = contacts.force + share * (resting - damping * v - contacts.force)
+        guess = motion.force + share * (resting - damping * v - motion.force)
         found = equations.solved(V, v, guess)
         if found is None:
             return None
         V, x = found.V, found.x
         twist[free], after[free] = V, _turned(M, V)
         mean = (twist + before) / 2
-        loaded = x[:, 0] > 0
-        force = (x[loaded, None] @ frame[loaded])[:, 0]
         return Step(
-            motion=Motion(self._moved(motion.placement, twist, h), after, h),
-            contacts=replace(contacts, force=x),
-            forces=ContactForces(ends[0, loaded], ends[1, loaded], point[1, loaded], force),
+            motion=Motion(self._moved(motion.placement, twist, h), after, h, x),
             impulse_time=k,
             twist=twist,
             mean=mean,
-            dissipated_energy=-k * float((x * system.relative(parts, mean[free])).sum()),
-            kinetic_energy=float((twist * after).sum()) / 2,
+            dissipated_energy=-k * float(np.vdot(x, system.relative(parts, mean[free]))),
+            kinetic_energy=float(np.vdot(twist, after)) / 2,
             iterations=found.iterations,
             loads=acting,
         )
@@ -426,7 +425,7 @@ class _Equations:
         guess : (K, 3) array, N
             Forces without limits, by which contacts are open, stick or slide at first.
         """
-        x, slope = limited(guess, self.friction)
+        x, slope = _limited(guess, self.friction * np.maximum(guess[:, 0], 0.0), self.friction)
         x = x + _turned(slope, self.resting - self.damping * v - guess)
         trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
         try:
@@ -435,48 +434,72 @@ class _Equations:
                     return None
                 changed = self._changed(trial, least)
                 if not changed.worst < least:
-                    normal = trial.x[:, 0]
-                    changed = self._at(trial.V, trial.v, trial.iterations + 1, normal)
+                    limit = self.friction * trial.x[:, 0]
+                    changed = self._at(trial.V, trial.v, trial.iterations + 1, limit)
                     for _ in range(HELD):
-                        changed = self._changed(changed, changed.worst, normal)
+                        changed = self._changed(changed, changed.worst, limit)
                     changed = self._at(changed.V, changed.v, changed.iterations)
                 trial, least = changed, min(least, changed.worst)
         except RuntimeError:
             return None
         return trial
 
-    def _changed(self, trial: "_Trial", enough: float, normal: Array | None = None) -> "_Trial":
+    def _changed(self, trial: "_Trial", enough: float, limit: Array | None = None) -> "_Trial":
         """Return the next trial by Newton's method: the share of the change that misses least.
 
         Shares are halved until the trial misses less than ``enough``, and more than the share before.
         """
         change = self.system.solved(self.parts, self.M, trial.slope * self.damping[:, :, None], trial.missed)
         relative, count = self.system.relative(self.parts, change), trial.iterations + 1
-        best = self._at(trial.V + change, trial.v + relative, count, normal)
+        best = self._at(trial.V + change, trial.v + relative, count, limit)
         for halving in range(1, HALVINGS + 1):
             if best.worst < enough / 2:
                 break
             share = 0.5**halving
-            changed = self._at(trial.V + share * change, trial.v + share * relative, count, normal)
+            changed = self._at(trial.V + share * change, trial.v + share * relative, count, limit)
             if changed.worst < best.worst:
                 best = changed
             elif best.worst < enough:
                 break
         return best
 
-    def _at(self, V: Array, v: Array, iterations: int, normal: Array | None = None) -> "_Trial":
-        """Return the trial at given velocities. Limits of friction follow ``normal`` forces (K,), if they are given."""
+    def _at(self, V: Array, v: Array, iterations: int, limit: Array | None = None) -> "_Trial":
+        """Return the trial at given velocities, with the given limits of friction (K,) if they wait."""
         free = self.resting - self.damping * v
-        if normal is None:
-            x, slope = limited(free, self.friction)
+        if limit is None:
+            x, slope = _limited(free, self.friction * np.maximum(free[:, 0], 0.0), self.friction)
         else:
-            x, slope = limited(np.column_stack([normal, free[:, 1:]]), self.friction)
-            x[:, 0], slope[:, :, 0], slope[:, 0, 0] = np.maximum(free[:, 0], 0.0), 0.0, free[:, 0] > 0
+            x, slope = _limited(free, limit, np.zeros(len(v)))
         missed = self._missed(V, x)
         return _Trial(V, v, x, slope, missed, float(np.abs(missed / self.unit).max()), iterations)
 
     def _missed(self, V: Array, x: Array) -> Array:
         return np.asarray(self.push + self.system.wrench(self.parts, x) - _turned(self.M, V))
+
+
+def _limited(free: Array, limit: Array, friction: Array) -> tuple[Array, Array]:
+    """Return contact forces (K, 3) within limits of tension and friction, and their derivatives (K, 3, 3).
+
+    Parameters
+    ----------
+    free : (K, 3) array
+        Forces without limits.
+    limit : (K,) array
+        Largest friction.
+    friction : (K,) array
+        Derivative of the limit to the normal force.
+    """
+    size = np.sqrt(np.einsum("kt,kt->k", free[:, 1:], free[:, 1:]))
+    share = limit / np.maximum(np.maximum(size, limit), 1e-300)
+    along = free[:, 1:] * ((size > limit) / np.maximum(size, 1e-300))[:, None]
+    closed = free[:, 0] > 0
+    slope = np.zeros((len(free), 3, 3))
+    slope[:, 0, 0] = closed
+    slope[:, 1:, 0] = (closed * friction)[:, None] * along
+    slope[:, 1:, 1:] = share[:, None, None] * (np.eye(2) - along[:, :, None] * along[:, None])
+    x = free * share[:, None]
+    x[:, 0] = closed * free[:, 0]
+    return x, slope
 
 
 def _turned(matrices: Array, vectors: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Generator
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -23,8 +24,8 @@ STATES, SHORTEST = 200, 0.01
 SPLITS, TRIES = 12, 8
 #: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
 #: the gap. Contacts are searched again when two blocks together may have moved by the gap; from a state that is kept
-#: when they may have moved by half of it, or after this number of states.
-REACH, AHEAD, KEPT = 0.02, 8, 16
+#: when they may have moved by half of the gap, or after this number of states.
+REACH, AHEAD, KEPT = 0.02, 16, 16
 #: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
 #: relative to gravity. At the turn of a motion, only the first is small.
 REST, STILL = 1e-7, 1e-2
@@ -92,7 +93,7 @@ class _Run:
         # Loads through the centres of mass do not change in motion.
         plain = not (self._dead.lever.any() or self._masses.offset.any())
         self._weight = self._dead.wrench if plain else None
-        self._contacts: tuple[Contacts | None, Array, float, int] = None, np.empty(0), 0.0, 0
+        self._contacts: tuple[Contacts | None, Array, Array, float, int] = None, np.empty(0), np.empty(0), 0.0, 0
         self._h = time_step(statics, case)
         self._dynamics = Dynamics(MovingStructure(statics), self._masses, self._h)
         self._start = Placement.of(model)
@@ -153,15 +154,16 @@ class _Run:
         """Return the next state; None if a step is not solved."""
         h, start = self._h, state.time
         placement = self._placement(state)
-        motion = Motion(placement, self._momentum(state, placement), state.last_step)
+        contacts, force, moved, reach, kept = self._contacts
+        motion = Motion(placement, self._momentum(state, placement), state.last_step, force)
         forces = ContactForces(
             state.minus_of_contact, state.plus_of_contact, state.point_of_contact, state.force_of_contact
         )
         twist = np.column_stack([state.velocity, state.angular_velocity])
-        contacts, moved, reach, kept = self._contacts
         if state.finds_contacts:
             contacts = None
-        square, impulse, acting = state.peak_displacement**2, np.zeros(3), 0.0
+        # Supports take up the loads, less what becomes momentum.
+        square, impulse, acting = state.peak_displacement**2, motion.momentum[:, :3].sum(axis=0), 0.0
         dead = record = dissipated = 0.0
         steps, iterations, done, kinetic = state.steps, state.iterations, 0.0, state.kinetic_energy
         total, splits, part = round(kept_interval(self._case) / h), 0, 0
@@ -169,22 +171,22 @@ class _Run:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
                 reach = max(REACH * self._statics.length, AHEAD * h * float(self._speeds(twist).max()))
-                contacts = self._dynamics.contacts(motion.placement, reach, forces)
-                moved, kept = np.zeros(len(twist)), 0
+                contacts, force = self._dynamics.contacts(motion.placement, reach, forces)
+                motion, moved, kept = replace(motion, force=force), np.zeros(len(twist)), 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
             step = self._solved(motion, contacts, weight, time, left, whole=splits >= SPLITS)
             if step is None:
                 return None
-            motion, contacts, forces = step.motion, step.contacts, step.forces
+            motion = step.motion
             done, splits = done + motion.last_step, splits + 1
             if done >= (part + 1) * h - 1e-9 * h:
                 part, splits = part + 1, 0
                 done = part * h
             k, mean = step.impulse_time, step.mean
-            dead += k * float((weight * mean).sum())
-            record += k * float(((step.loads - weight) * mean).sum())
+            dead += k * float(np.vdot(weight, mean))
+            record += k * float(np.vdot(step.loads - weight, mean))
             dissipated += step.dissipated_energy
-            impulse += k * self._on_structure(forces)
+            impulse += k * step.loads[self._free, :3].sum(axis=0)
             acting += k
             earlier, twist = twist, step.twist
             steps, iterations, kinetic = steps + 1, iterations + step.iterations, step.kinetic_energy
@@ -194,11 +196,13 @@ class _Run:
             moved = moved + motion.last_step * self._speeds(twist)
             closing = np.partition(moved, -2)[-2:].sum() / reach
             if closing > 1:
-                contacts = None
+                forces, contacts = self._dynamics.forces(motion, contacts), None
             if self._fall.at(place).any():
                 break
         time = start + done
-        self._contacts = contacts, moved, reach, kept + 1
+        if contacts is not None:
+            forces = self._dynamics.forces(motion, contacts)
+        self._contacts = contacts, motion.force, moved, reach, kept + 1
         return RecordState(
             time=time,
             displacement=way,
@@ -207,7 +211,7 @@ class _Run:
             angular_velocity=twist[:, 3:],
             peak_displacement=np.sqrt(square),
             ground_acceleration=self._acceleration(time),
-            base_reaction=impulse / acting,
+            base_reaction=(motion.momentum[:, :3].sum(axis=0) - impulse) / acting,
             acceleration=float(np.linalg.norm(twist[:, :3] - earlier[:, :3], axis=1).max()) / k,
             kinetic_energy=kinetic,
             dead_work=state.dead_work + dead,
@@ -287,11 +291,6 @@ class _Run:
         arm = np.einsum("bij,bj->bi", placement.rotation, self._masses.offset)
         wrench[:, 3:] -= np.cross(arm, wrench[:, :3])
         return wrench
-
-    def _on_structure(self, forces: ContactForces) -> Array:
-        """Return the force (3,) of the supports on the structure."""
-        sign = self._fixed[forces.minus].astype(float) - self._fixed[forces.plus]
-        return np.asarray(sign @ forces.force)
 
 
 def _squares(vectors: Array) -> Array:

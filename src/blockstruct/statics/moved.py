@@ -190,13 +190,13 @@ class MovingStructure:
         A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
         return MovedContacts(points, gap, A)
 
-    def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array, Index]:
-        """Return the contact points at a placement with gaps up to ``reach``, m, and their gaps (K,), m.
+    def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array, Array]:
+        """Return the contact points at a placement with gaps up to ``reach``, m, their gaps (K,), m, and levels (K,).
 
-        Also return the block (K,) whose face has the normal.
+        A level is as in :class:`Touching`.
         """
         found = self._bodies.touching(placement.position, placement.rotation, reach, self.statics.length)
-        return self._points(found, placement.rotation), found.gap, found.face
+        return self._points(found, placement.rotation), found.gap, found.level
 
     def ties(self, placement: Placement) -> TieTable:
         """Return the ties between the moved anchors at a placement."""
