@@ -116,6 +116,8 @@ class Step:
         Time for which forces act, s: from the middle of the step before to the middle of this one.
     twist, mean : (B, 6) arrays
         Twists about the centres of mass. Forces do work with the mean of the twists of the step before and this one.
+    slip : float
+        Largest slip of a loaded contact, m.
     dissipated_energy : float
         Work that contacts take up, J.
     kinetic_energy : float
@@ -130,6 +132,7 @@ class Step:
     impulse_time: float
     twist: Array
     mean: Array
+    slip: float
     dissipated_energy: float
     kinetic_energy: float
     iterations: int
@@ -260,12 +263,14 @@ class Dynamics:
             return None
         V, x = found.V, found.x
         twist[free], after[free] = V, _turned(M, V)
+        slipping = (x[:, 0] > 0) * np.einsum("kt,kt->k", found.v[:, 1:], found.v[:, 1:])
         mean = (twist + before) / 2
         return Step(
             motion=Motion(self._moved(motion.placement, twist, h), after, h, x),
             impulse_time=k,
             twist=twist,
             mean=mean,
+            slip=h * float(slipping.max(initial=0.0)) ** 0.5,
             dissipated_energy=-k * float(np.vdot(x, system.relative(parts, mean[free]))),
             kinetic_energy=float(np.vdot(twist, after)) / 2,
             iterations=found.iterations,

@@ -22,10 +22,10 @@ RESOLUTION = 48
 STATES, SHORTEST = 200, 0.01
 #: Most parts of a step in which blocks strike one another, and most tries of a part, each half as long as the last.
 SPLITS, TRIES = 12, 8
-#: Gap up to which contacts are followed, in mean block sizes, and the number of steps in which the fastest block closes
-#: the gap. Contacts are searched again when two blocks together may have moved by the gap; from a state that is kept
-#: when they may have moved by half of the gap, or after this number of states.
-REACH, AHEAD, KEPT = 0.02, 16, 16
+#: Slip of contacts and gap up to which they are followed, in mean block sizes, and the number of steps in which the
+#: fastest block closes a wider gap. Contacts are found anew when a contact may have slipped by the one, or two blocks
+#: together have moved by the other; from a state that is kept after half of it, or after this number of states.
+REACH, AHEAD, KEPT = 0.02, 32, 16
 #: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
 #: relative to gravity. At the turn of a motion, only the first is small.
 REST, STILL = 1e-7, 1e-2
@@ -93,8 +93,9 @@ class _Run:
         # Loads through the centres of mass do not change in motion.
         plain = not (self._dead.lever.any() or self._masses.offset.any())
         self._weight = self._dead.wrench if plain else None
-        self._contacts: tuple[Contacts | None, Array, Array, float, int] = None, np.empty(0), np.empty(0), 0.0, 0
-        self._h = time_step(statics, case)
+        none = np.empty(0)
+        self._contacts: tuple[Contacts | None, Array, Array, float, float, int] = None, none, none, 0.0, 0.0, 0
+        self._h, self._follows = time_step(statics, case), REACH * statics.length
         self._dynamics = Dynamics(MovingStructure(statics), self._masses, self._h)
         self._start = Placement.of(model)
         self._fixed = np.array([b.fixed for b in model.blocks])
@@ -154,7 +155,7 @@ class _Run:
         """Return the next state; None if a step is not solved."""
         h, start = self._h, state.time
         placement = self._placement(state)
-        contacts, force, moved, reach, kept = self._contacts
+        contacts, force, moved, slip, reach, kept = self._contacts
         motion = Motion(placement, self._momentum(state, placement), state.last_step, force)
         forces = ContactForces(
             state.minus_of_contact, state.plus_of_contact, state.point_of_contact, state.force_of_contact
@@ -170,9 +171,9 @@ class _Run:
         while part < total:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
-                reach = max(REACH * self._statics.length, AHEAD * h * float(self._speeds(twist).max()))
+                reach = max(self._follows, AHEAD * h * float(self._speeds(twist).max()))
                 contacts, force = self._dynamics.contacts(motion.placement, reach, forces)
-                motion, moved, kept = replace(motion, force=force), np.zeros(len(twist)), 0
+                motion, moved, slip, kept = replace(motion, force=force), np.zeros(len(twist)), 0.0, 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
             step = self._solved(motion, contacts, weight, time, left, whole=splits >= SPLITS)
             if step is None:
@@ -194,15 +195,16 @@ class _Run:
             way = place.position - self._start.position
             square = np.maximum(square, _squares(way))
             moved = moved + motion.last_step * self._speeds(twist)
-            closing = np.partition(moved, -2)[-2:].sum() / reach
-            if closing > 1:
+            slip += step.slip
+            used = max(float(np.partition(moved, -2)[-2:].sum()) / reach, slip / self._follows)
+            if used > 1:
                 forces, contacts = self._dynamics.forces(motion, contacts), None
             if self._fall.at(place).any():
                 break
         time = start + done
         if contacts is not None:
             forces = self._dynamics.forces(motion, contacts)
-        self._contacts = contacts, motion.force, moved, reach, kept + 1
+        self._contacts = contacts, motion.force, moved, slip, reach, kept + 1
         return RecordState(
             time=time,
             displacement=way,
@@ -221,7 +223,7 @@ class _Run:
             last_step=motion.last_step,
             steps=steps,
             iterations=iterations,
-            finds_contacts=bool(closing > 0.5) or kept + 1 >= KEPT,
+            finds_contacts=used > 0.5 or kept + 1 >= KEPT,
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
