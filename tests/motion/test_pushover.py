@@ -525,19 +525,6 @@ def test_a_push_that_meets_a_stop():
     assert "or the push meets what it cannot move; and the method ends" in result.curve_ended
 
 
-def test_a_block_that_is_lifted_touches_nothing():
-    """The push is the weight all the way. Without contacts the curve ended in an error of NumPy."""
-    blocks, joint = single_block(0.4, 0.3)
-    result = bs.run(
-        model_of(blocks, joint),
-        bs.Pushover("lift", dead=SELF_WEIGHT, variable=push(0, 0, 1), control=("block", (0, 0, 1)), steps=4),
-    )["lift"]
-    curve = result.capacity
-    assert int(curve["contact_points"][-1]) == 0
-    assert curve["load_factor"].to_numpy() == pytest.approx(1.0, rel=1e-5)
-    assert curve["holds"].all()
-
-
 @pytest.mark.slow
 def test_units_that_slide_first_and_rock_then():
     """Half of the steps, the same curve to 2 % up to the first fall, and its zero to a thousandth: 55 units."""
