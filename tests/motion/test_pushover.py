@@ -146,9 +146,7 @@ def test_three_hinges(steps):
     assert float(curve["load_factor"][-1]) < 0.03
     assert "the method ends" in result.curve_ended
     assert np.isnan(curve["d0"])
-    # The first steps double: each is as long as the whole way before.
-    assert curve["energy_error"].max() < 5e-3
-    assert curve["energy_error"].where(curve["displacement"] > 0.025).max() < 1e-4
+    assert curve["energy_error"].max() < 1e-4
 
 
 def test_a_block_slides_until_it_overhangs():
@@ -241,7 +239,7 @@ def test_tie():
     assert curve["load_factor"].to_numpy() == pytest.approx(by_hand(angle, 4.0), abs=1e-4)
     assert by_hand(angle[-1], 4.0) == pytest.approx(0, abs=1e-4)
     assert curve["holds"].all()
-    assert curve["energy_error"].max() < 1e-3
+    assert curve["energy_error"].max() < 1e-4
 
 
 def test_tie_that_breaks():
@@ -303,7 +301,7 @@ def test_rounded_corners(parts):
     # The state at rest is that of sharp corners, as of any limit case.
     assert result.load_factor == pytest.approx(b / h, rel=1e-6)
     assert "load factor is zero" in result.curve_ended
-    assert curve["energy_error"].max() < 1e-3
+    assert curve["energy_error"].max() < 1e-4
     assert curve["penetration"].max() < 1e-5
 
 

@@ -9,6 +9,7 @@ from blockstruct import Q_
 from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.statics import Statics
+from blockstruct.vocabulary import Stage
 from structures import SELF_WEIGHT, STONE, box, extruded, model_of, moved, push, rotation, single_block, solve
 
 PATH, STEPS = {"procedure": "loading path"}, ("splitting", "interior point")
@@ -449,14 +450,19 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
 @pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(20, 40), (40, 60)])
 def test_large_walls_end_where_tight_steps_lead(monkeypatch, tuff, dry, columns, rows):
-    """820 and 2,430 bricks in running bond: five times the patience moves the load factor by at most 0.3 %."""
+    """820 and 2,430 bricks in running bond: the last step with five times the patience is within 0.3 %.
+
+    Closing such a path may lose 0.4 %: the mechanism with friction frozen at its last step is another one.
+    """
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
     blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
     model = model_of(blocks, dry)
     found = along_path(model, push(1, 0, 0))
     assert found.settled
     monkeypatch.setattr("blockstruct.procedures.splitting_path.PATIENCE", 400)
-    assert exact(found) == pytest.approx(exact(along_path(model, push(1, 0, 0))), rel=3e-3)
+    tight = along_path(model, push(1, 0, 0)).history
+    last = tight["load_factor"].where(tight["stage"] == Stage.LOADING_PATH.value, drop=True)[-1]
+    assert exact(found) == pytest.approx(float(last), rel=3e-3)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")

@@ -89,11 +89,10 @@ def test_a_large_wall_in_its_plane(tuff, dry):
     control = (blocks[-1].name, (1, 0, 0))
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), steps=20, control=control)
     curve = bs.run(model, case)["push"].capacity
-    assert float(curve["displacement"][-1]) > 0.4
+    assert float(curve["displacement"][-1]) > 0.8
     # Further on units drop, one after the other. Before, one may, and the load factor is less until it rests.
     where = (curve["displacement"] > 0.01) & (curve["displacement"] < 0.4) & (curve["falls"] == 0)
     before = curve.sel(step=where)
     assert np.all(np.diff(before["load_factor"]) < 0.01)
-    # The first steps double.
-    assert before["energy_error"].max() < 5e-3
-    assert before["energy_error"].median() < 2e-3
+    assert before["energy_error"].max() < 1e-3
+    assert before["energy_error"].median() < 5e-4

@@ -48,6 +48,8 @@ class Course:
         self._done = 0.0
         #: Work, J, of the steps without falling blocks. Short steps also correct the overlaps that longer ones leave.
         self._works: list[float] = []
+        #: Work that closes the overlaps of the last state, J, and of the last complete one at its positions.
+        self._overlap, self._completed = 0.0, (np.empty(0), 0.0)
 
     def take(self, state: MotionState) -> None:
         """Add a complete state.
@@ -56,6 +58,8 @@ class Course:
         """
         dead, pushed, _ = self._work(state)
         self._done += _sum_of(dead, pushed)
+        position, overlap = self._completed
+        self._overlap = overlap if position is state.position else self._overlap_of(state)
         self._longest, self._tight = self._lengths(Placement.at(state.position, state.rotation))
         self.last = state
         if not state.falls and (self.curve or state.holds):
@@ -130,15 +134,24 @@ class Course:
             holds=within and c.flow_rule_gap * time <= CERTIFIED * max([work * time, *self._works[-RECENT:]]),
             contact_points=len(moved.contacts.gap),
         )
+        overlap = _overlap(moved, x)
+        self._completed = state.position, overlap
         before = self.last
         if before is None or not self.curve:
             return replace(state, energy_error=0.0)
-        # Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
+        # Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated, or pushes
+        # blocks into each other until the next step.
         dead, pushed, variable = self._work(state)
         u = moved.velocities(carried(before, placement))
         rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
-        missed, done = abs(dead + pushed - variable * rate), self._done + _sum_of(dead, pushed)
+        missed = abs(dead + pushed - variable * rate - (overlap - self._overlap))
+        done = self._done + _sum_of(dead, pushed)
         return replace(state, energy_error=missed / max(done, 1e-300))
+
+    def _overlap_of(self, state: MotionState) -> float:
+        """Return the work that closes the overlaps of a state, J."""
+        moved = self.at(Placement.at(state.position, state.rotation), state.reach)
+        return _overlap(moved, forces_at(moved, state))
 
     def _work(self, state: MotionState) -> tuple[float, float, float]:
         """Return the work of the loads from the last state of the curve to another, J, by the trapezoidal rule.
@@ -166,6 +179,11 @@ def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequ
 def _sum_of(dead: float, pushed: float) -> float:
     """Return the sum of the work of the loads and of what resists them."""
     return abs(dead) + abs(pushed) + abs(dead + pushed)
+
+
+def _overlap(moved: MovedProblem, x: Array) -> float:
+    """Return the work of contact forces x (K, 3) on the way that closes overlaps, J."""
+    return -float(x[:, 0] @ (moved.problem.force_unit * moved.contacts.gap))
 
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:

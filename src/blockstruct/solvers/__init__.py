@@ -1,6 +1,6 @@
 """Solve conic programs by Clarabel directly, or by any solver in CVXPY.
 
->>> from blockstruct.limit import Numerics, ProcedureSettings
+>>> from blockstruct.limit.settings import Numerics, ProcedureSettings
 >>> type(solver_of(ProcedureSettings())).__name__
 'ClarabelSolver'
 >>> type(solver_of(ProcedureSettings(numerics=Numerics(solver="cvxpy:SCS")))).__name__
