@@ -5,6 +5,8 @@ import os
 import re
 import stat
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -97,6 +99,18 @@ def unreadable(path: Path, error: Exception, kind: str) -> StorageError:
     return StorageError(f"{path}: cannot be read ({reason}); give another path")
 
 
+@contextmanager
+def writing(path: Path, remedy: str = "choose another file") -> Iterator[None]:
+    """Turn an error of the system while a file is written into a StorageError with the path and a remedy."""
+    try:
+        yield
+    except StorageError:
+        raise
+    except OSError as error:
+        msg = f"{path}: cannot be written ({error.strerror or error}); {remedy}"
+        raise StorageError(msg) from error
+
+
 def check_new(path: Path) -> Path:
     """Return a path, refused if it exists, before any work for the file."""
     if path.exists():
@@ -111,14 +125,12 @@ def write_new(path: Path, text: str) -> Path:
 
 def write_new_bytes(path: Path, content: bytes | memoryview) -> Path:
     """Write bytes to a new file."""
-    try:
-        with path.open("xb") as stream:
-            stream.write(content)
-    except FileExistsError as error:
-        raise _taken(path) from error
-    except OSError as error:
-        msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
-        raise StorageError(msg) from error
+    with writing(path):
+        try:
+            with path.open("xb") as stream:
+                stream.write(content)
+        except FileExistsError as error:
+            raise _taken(path) from error
     return path
 
 

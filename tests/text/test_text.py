@@ -70,6 +70,7 @@ NOTES = [
     a.direction_without("push +x", Status.UNSTABLE),
     a.direction_unsettled("push +x", 3.477, 2.181, is_limit=True),
     a.direction_unsettled("push +x", 3.477, 2.181, is_limit=False),
+    a.direction_open("push +x", 3.477, 2),
     a.unit_size(0.6, 0.8995),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),

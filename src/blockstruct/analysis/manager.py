@@ -39,7 +39,7 @@ from blockstruct.results.comparison import Comparison
 from blockstruct.results.history import division_of, history_variables, iteration_variables
 from blockstruct.solvers import RememberingSolver, solver_of
 from blockstruct.statics import Division, Statics
-from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy
+from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, planned_analysis, tidy
 from blockstruct.vocabulary import Status
 
 #: Statics and limit problem of each case by its name.
@@ -221,7 +221,8 @@ class AnalysisManager:
         else:
             with Checkpoint.begin(self.store, analysis) as working:
                 done = self._record(analysis, working, problems)
-        _warn_of(done.values())
+        before = {result.name for result in known}
+        _warn_of(result for name, result in done.items() if name not in before)
         return done
 
     @classmethod
@@ -503,6 +504,4 @@ def kept_analysis(path: str | Path) -> Analysis | None:
     StorageError, FormatError
         As :func:`recover`, or if the file is not an analysis.
     """
-    if is_unfinished(path):
-        return recover(path)
-    return open_analysis(path) if Path(path).exists() else None
+    return recover(path) if is_unfinished(path) else planned_analysis(path)

@@ -29,11 +29,13 @@ from blockstruct.notebook import html_table, is_watched
 from blockstruct.results import Spread
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
-from blockstruct.text import assessment, told_apart
+from blockstruct.text import NoteCode, assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
 
 #: Directions of a building with walls along x and y.
 DIRECTIONS = ("+x", "-x", "+y", "-y")
+#: Warnings of a direction that has not settled.
+_UNSETTLED = (NoteCode.NOT_SETTLED, NoteCode.RAISED_BY_CRUSHING)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -76,7 +78,8 @@ class Building:
             if not verdict.settled:
                 is_limit = bool(np.isfinite(each.result.outcome.without_crushing))
                 notes.append(assessment.direction_unsettled(case, each.ratio, check.ratio, is_limit=is_limit))
-            notes += verdict.open
+            if others := [note for note in verdict.open if note.code not in _UNSETTLED]:
+                notes.append(assessment.direction_open(case, each.ratio, len(others)))
         return replace(check, notes=tuple(dict.fromkeys([*check.notes, *notes])))
 
     @property

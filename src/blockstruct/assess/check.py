@@ -19,7 +19,18 @@ from blockstruct.notebook import html_table
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY, with_motion
-from blockstruct.text import SMALL, Note, NoteCode, Severity, assessment, direction_text, in_g, shown, smaller_bodies
+from blockstruct.text import (
+    LISTED,
+    SMALL,
+    Note,
+    NoteCode,
+    Severity,
+    assessment,
+    direction_text,
+    in_g,
+    shown,
+    smaller_bodies,
+)
 from blockstruct.vocabulary import Way, listed
 
 g = STANDARD_GRAVITY
@@ -180,7 +191,10 @@ class LocalMechanismCheck:
         )
         flow = f"{r.case.flow} flow"
         least = SMALL * sum(W for _, W, _ in whole.each)
-        large, small = ([each for each in whole.each if (each[1] >= least) is is_large] for is_large in (True, False))
+        # As many as the legend of the mechanism lists.
+        heaviest = sorted(whole.each, key=lambda each: -each[1])[:LISTED]
+        large = [each for each in whole.each if each in heaviest and each[1] >= least]
+        small = [each for each in whole.each if each not in large]
         found = [
             section(
                 "Mechanism",

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.solvers.anderson import REGULARISATION
 from blockstruct.solvers.interior_point.cones import ConeVector
 
 #: Normal force below which a contact point is unloaded and gets no correction.
 NO_FORCE = 1e-7
-#: Residual of equilibrium that is accepted; residual at the level of rounding; most corrections.
-BALANCED, EXACT, CORRECTIONS = 1e-6, 1e-8, 8
+#: Residual of equilibrium at the level of rounding; most corrections.
+EXACT, CORRECTIONS = 1e-8, 8
 #: Least friction of a contact point, which keeps its cone from being a line; share of friction at the start.
-LEAST_FRICTION, INSIDE = 1e-9, 1 - 1e-6
+LEAST_FRICTION, INSIDE = ROUNDING, 1 - NEGLIGIBLE
 #: Number of short corrections in a row that ends the loop. Measured on 1,596 blocks: after three, the fourth was long.
 STUCK = 5
 #: Share of the way to the boundary of the cones that a correction takes.
@@ -155,7 +155,7 @@ def corrected_forces(
         x = x + share * change
         if aim is not None:
             alpha += share * aim.free * float(load @ push)
-    return (x, alpha, count) if residual <= BALANCED else None
+    return (x, alpha, count) if residual <= NEGLIGIBLE else None
 
 
 def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
-from blockstruct.files import csv_text
+from blockstruct.files import csv_text, writing
 from blockstruct.results import interfaces
 from blockstruct.units import Q_
 from blockstruct.vocabulary import ContactState
@@ -260,7 +260,7 @@ class HistoryAccessor:
         if kind == ".parquet" and importlib.util.find_spec("pyarrow") is None:
             msg = f"{path}: Parquet needs the package pyarrow; install it by `pip install pyarrow`, or give a .csv file"
             raise StorageError(msg)
-        try:
+        with writing(path):
             if kind == ".nc":
                 ds = self._ds if variable is None else self._ds[[variable]]
                 path.write_bytes(ds.to_netcdf(engine="h5netcdf"))
@@ -268,9 +268,6 @@ class HistoryAccessor:
                 path.write_text(csv_text(self.frame(variable)), encoding="utf-8")
             else:
                 self.frame(variable).to_parquet(path)
-        except OSError as error:
-            msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
-            raise StorageError(msg) from error
         return path
 
     def _position(self, iteration: int) -> int:

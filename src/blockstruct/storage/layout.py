@@ -33,7 +33,6 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
-    Point,
     Pushover,
     RecordCase,
     SettlementCase,
@@ -41,6 +40,7 @@ from blockstruct.model import (
     kind_of,
     tie_kind_of,
 )
+from blockstruct.model.fields import dimensions
 from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.case_result import CaseResult, LazyHistory
@@ -506,29 +506,24 @@ def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[
 
 
 def _case(ds: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> Case:
-    attrs = ds.attrs
-    dead, flow = patterns[attrs["dead"]], attrs["flow"]
-    if "record" in attrs:
-        values = json.loads(attrs["record"])
-        name = "record_acceleration" if values["direction"] is not None else "record_accelerations"
-        time = ds["record_interval"].item() if "record_interval" in ds else ds["record_time"].to_numpy()
-        lengths = {n: None if values[n] is None else to_quantity(values[n], "time") for n in ("interval", "time_step")}
-        acceleration = to_quantity(ds[name].to_numpy(), "acceleration")
-        return RecordCase(attrs["name"], dead, acceleration, to_quantity(time, "time"), values["direction"], **lengths)
-    if "pushover" in attrs:
-        values = json.loads(attrs["pushover"])
-        point = None if values["control_point"] is None else Point(*map(float, values["control_point"]))
-        rounding = to_quantity(values.get("corner_rounding", 0.0), "length")
-        more = {"control": values["control"], "control_point": point, "steps": values["steps"]}
-        more["corner_rounding"] = rounding
-        return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
-    if "settlement" not in attrs:
-        return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
-    motion = json.loads(attrs["settlement"])
-    # Files of earlier versions have no displacement.
-    more = {n: None if motion.get(n) is None else to_quantity(motion[n], "length") for n in ("about", "displacement")}
-    more |= {"flow": flow, **({"steps": motion["steps"]} if "steps" in motion else {})}
-    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], **more)
+    """Return the case of a Dataset; members that an earlier version did not store have their defaults."""
+    a = ds.attrs
+    kind: Any = next((kind for kind, (attribute, _) in _OF_KIND.items() if attribute in a), LimitCase)
+    attribute, members = _OF_KIND.get(kind, ("", ()))
+    values = dict(json.loads(a[attribute])) if attribute else {}
+    stored = {name: values[name] for name in members if values.get(name) is not None}
+    if kind is RecordCase:
+        several = "s" * ("direction" not in stored)
+        time = ds["record_interval" if "record_interval" in ds else "record_time"]
+        stored |= {"acceleration": ds[f"record_acceleration{several}"].to_numpy(), "time": time.to_numpy()}
+    else:
+        stored["flow"] = a["flow"]
+    units = {name: dimension for name, dimension in dimensions(kind).items() if dimension != "dimensionless"}
+    for name in stored.keys() & units:
+        stored[name] = to_quantity(np.array(stored[name], dtype=float)[()], units[name])
+    variable = (patterns[a["variable"]],) if issubclass(kind, LimitCase) else ()
+    case: Case = kind(a["name"], patterns[a["dead"]], *variable, **stored)
+    return case
 
 
 def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:

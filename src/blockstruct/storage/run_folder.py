@@ -26,7 +26,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import BusyError, FormatError, StorageError, shown
-from blockstruct.files import MOST_READ, open_file, read_file
+from blockstruct.files import MOST_READ, open_file, read_file, writing
 from blockstruct.limit import Outcome
 from blockstruct.model import RecordCase
 from blockstruct.motion import CurveOutcome
@@ -45,6 +45,7 @@ from blockstruct.storage.file import (
     Stamp,
     folder_of,
     named_instead,
+    open_analysis,
     read_analysis,
     sealed_image,
 )
@@ -271,9 +272,14 @@ def is_unfinished(path: str | Path) -> bool:
         raise StorageError(msg) from error
 
 
-def planned_analysis(path: str | Path) -> Analysis:
-    """Return model, cases and study of a run that is under way or was killed, without histories."""
-    return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
+def planned_analysis(path: str | Path) -> Analysis | None:
+    """Return the analysis that a path holds; None if it holds nothing.
+
+    Of a run that is under way or was killed it is the analysis as planned, without histories.
+    """
+    if is_unfinished(path):
+        return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
+    return open_analysis(path) if Path(path).exists() else None
 
 
 def tidy(path: str | Path) -> None:
@@ -378,13 +384,9 @@ def _write(
     draft = folder_of(place) / "draft"
     _write_draft(parts, draft)
     try:
-        announce(Stamp.of(draft.stat()))
-        _put_in_place(draft, place, replaced)
-    except OSError as error:
-        if isinstance(error, StorageError):
-            raise
-        msg = f"{place}: cannot be written ({error.strerror or error}); choose another folder"
-        raise StorageError(msg) from error
+        with writing(place, "choose another folder"):
+            announce(Stamp.of(draft.stat()))
+            _put_in_place(draft, place, replaced)
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
@@ -857,12 +859,9 @@ def _put(path: Path, *parts: bytes | memoryview) -> None:
     """Write a file of the working data by a rename, and wait until its name is on the disk."""
     draft = path.with_name(f"{path.name}.draft")
     _write_draft(parts, draft)
-    try:
+    with writing(path, "choose another folder"):
         draft.replace(path)
         sync(path.parent)
-    except OSError as error:
-        msg = f"{path}: cannot be written ({error.strerror or error}); choose another folder"
-        raise StorageError(msg) from error
 
 
 def _target(replaced: Sequence[Stamp]) -> bytes:

@@ -22,7 +22,7 @@ from blockstruct.model import checked_tuple
 from blockstruct.model.checks import checked_count
 from blockstruct.notebook import is_terminal
 from blockstruct.results.analysis import Analysis, plain_value
-from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
+from blockstruct.storage import Archive, planned_analysis
 from blockstruct.studies.design import Design, Run, design_of
 from blockstruct.studies.plan import Job, Plan, Problem, values_of
 from blockstruct.studies.summary import check_parameter_names, dataset_of
@@ -106,17 +106,16 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
     others: dict[str, str] = {}
     for run in {run.name: run for run in design.runs}.values():
         path = archive.folder / f"{run.name}.h5"
-        is_killed = is_unfinished(path)
-        if not is_killed and not path.is_file():
-            continue
         try:
-            stored = planned_analysis(path) if is_killed else open_analysis(path)
+            stored = planned_analysis(path)
         except BlockstructError as error:
             msg = f"{error}; move it away, then run the study again"
             raise StorageError(msg) from error
+        if stored is None:
+            continue
         if why := _difference(run, stored, plan):
             others[run.name] = why
-        elif not is_killed and stored.status == "finished":
+        elif stored.status == "finished":
             rows[run.name] = archive.rows(path)
     return rows, others
 

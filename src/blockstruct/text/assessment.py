@@ -141,6 +141,15 @@ def direction_unsettled(name: str, ratio: float, least: float, *, is_limit: bool
     return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
 
 
+def direction_open(name: str, ratio: float, count: int) -> Note:
+    """Return the note on a direction of a building with warnings of its own, and its capacity over demand."""
+    text = (
+        f"“{name}” has {counted(count, 'warning')} of its own to settle before signing: read its notes. Its "
+        f"capacity / demand is {ratio_text(ratio)}."
+    )
+    return Note(NoteCode.DIRECTION_WITHOUT, Severity.WARNING, text)
+
+
 def unit_size(size: float, ratio: float) -> Note:
     """Return the note on units of another size, m, with which capacity over demand is below one."""
     text = f"With units of {shown(size, 'm')}, capacity / demand is {ratio_text(ratio)}. Draw the bond as it is."

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 import blockstruct as bs
-from blockstruct.files import csv_text
+from blockstruct.files import csv_text, writing
 
 #: First bytes of an HDF5 file.
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -59,7 +59,7 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
         If the path cannot be written, holds an analysis, or is a device or a pipe.
     """
     target = Path(path)
-    try:
+    with writing(target):
         _check(target)
         draft = target.with_name(f".{target.name}.{os.getpid()}")
         try:
@@ -69,9 +69,6 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
             # On a read-only disk, or with too long a name, there is no draft to remove.
             with contextlib.suppress(OSError):
                 draft.unlink()
-    except OSError as error:
-        msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
-        raise bs.errors.StorageError(msg) from error
     return target
 
 

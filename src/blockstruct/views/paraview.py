@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.arrays import Array
+from blockstruct.files import writing
 from blockstruct.views.export.motion import pushover_motion
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, contact_forces, given_result
@@ -67,7 +68,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     folder = target.with_suffix("")
     plain, pushed = _collection(), _collection()
     still, written = _Still(model), set[Path]()
-    try:
+    with writing(target):
         folder.mkdir(parents=True, exist_ok=True)
         for is_pushed, k, time, pieces in still.states(result):
             for part, (kind, piece) in enumerate(pieces.items()):
@@ -80,9 +81,6 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         for old in set(folder.iterdir()) - written:
             if _PIECE.fullmatch(old.name):
                 old.unlink()
-    except OSError as error:
-        msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
-        raise bs.errors.StorageError(msg) from error
     of_pushover = target.with_name(f"{target.stem}-pushover.pvd")
     if len(pushed[0]):
         _write_collection(pushed, of_pushover)
