@@ -145,6 +145,16 @@ def test_impacts_of_a_wall_between_sidewalls_are_solved():
     assert abs(missed) <= 1e-6 * last.dissipated_energy
 
 
+def test_a_block_that_the_ground_leaves_flies():
+    """The ground falls with 3 g for 0.2 s: the block rises relative to it with 2 g, and then only with its speed."""
+    blocks, joint = single_block(0.5, 0.5, mu=0.6)
+    case = bs.RecordCase("r", SELF_WEIGHT, Q_([-3, -3, 0, 0], "g_0"), Q_([0, 0.2, 0.2001, 1], "s"), "+z")
+    states = list(respond(Statics.of(model_of(blocks, joint)), case))
+    rise, speed = 2 * G * 0.2**2 / 2, 2 * G * 0.2
+    assert states[-1].peak_displacement[1] == pytest.approx(rise + speed**2 / (2 * G), rel=1e-3)
+    assert any(not len(state.force_of_contact) for state in states)
+
+
 def test_a_slender_block_falls_and_the_time_is_told():
     blocks, joint = single_block(0.2, 1.5, mu=0.8)
     found = response(model_of(blocks, joint), [0.5, 0.5], "1 s", interval="50 ms")

@@ -351,8 +351,8 @@ class _System:
         height, i = 6 * np.diff(first), np.arange(6)[:, None]
         start = 30 * first[column] + 6 * np.arange(len(blocks))
         entries = start[:, None, None] + height[column, None, None] * i.T + i
-        of_contacts = entries[number[: 4 * K].reshape(K, 2, 2)].transpose(0, 1, 3, 2, 4)
-        self._entry = np.concatenate([of_contacts.ravel(), entries[number[4 * K : 4 * K + F]].ravel()])
+        self._of_contacts = entries[number[: 4 * K].reshape(K, 2, 2)].transpose(0, 1, 3, 2, 4).ravel()
+        self._of_blocks = entries[number[4 * K : 4 * K + F]].ravel()
         self._rows = np.empty(entries.size, dtype=np.int32)
         self._rows[entries] = 6 * row[:, None, None] + i
         self._starts = np.append(0, np.repeat(height, 6).cumsum()).astype(np.int32)
@@ -376,7 +376,9 @@ class _System:
     def solved(self, parts: Array, M: Array, weights: Array, b: Array) -> Array:
         """Return the solution (F, 6) of ``M + Jᵀ D J`` with the weights D (K, 3, 3) and the right-hand side (F, 6)."""
         stiffness = parts.transpose(0, 2, 1) @ (weights @ parts)
-        data = np.bincount(self._entry, np.concatenate([stiffness.ravel(), M.ravel()]), len(self._rows))
+        # Without contacts, numpy counts in integers.
+        data = np.asarray(np.bincount(self._of_contacts, stiffness.ravel(), len(self._rows)), dtype=np.float64)
+        data[self._of_blocks] += M.ravel()
         if self._dense:
             return np.asarray(np.linalg.solve(data.reshape(self._size, -1).T, b.ravel()).reshape(-1, 6))
         S = sp.csc_matrix((data, self._rows, self._starts), shape=(self._size, self._size))
