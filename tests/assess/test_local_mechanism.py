@@ -237,6 +237,21 @@ def test_a_spread_is_checked_by_the_run_as_given():
     assert check.notes == ()
 
 
+@pytest.mark.parametrize(("load_factor", "severity"), [(0.09, "caution"), (0.02, "warning")])
+def test_a_lower_run_that_has_not_settled_is_told(load_factor, severity):
+    """The range leaves it out. It opens the verdict if its ratio is below one."""
+    spread = bs.AnalysisManager(facade()).run([case()], spread=["half steps"]).spread("out of plane")
+    run = spread.runs["half steps"]
+    low = run.changed(outcome=dataclasses.replace(run.outcome, load_factor=load_factor, settled=False))
+    weak = bs.assess.ntc_spectrum(Q_(0.05, "g_0"), 2.4, "0.3 s", "A")
+    found = bs.assess.local_mechanism(dataclasses.replace(spread, runs={**spread.runs, "half steps": low}), 1.35, weak)
+    note = next(note for note in found.notes if note.code == "run_unsettled")
+    assert note.severity == severity
+    assert f"{load_factor}" in note.text
+    assert bool(found.verdict.open) == (severity == "warning")
+    assert "run_unsettled" not in codes(checked(spread))
+
+
 @pytest.mark.parametrize("remedy", ["uniform_torsion", "biaxial_crushing", "other_procedure"])
 def test_the_effect_of_a_remedy_counts(result, remedy):
     """A load factor 5 % lower has a ratio 5 % lower; one 0.5 % lower is no effect."""

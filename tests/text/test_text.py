@@ -62,6 +62,8 @@ NOTES = [
     a.ground_at_height(9.0, on_support=True),
     a.floor_on_ground(2.0, 1.765),
     a.range_of_load_factor("0.08 to 0.1"),
+    a.run_unsettled("half steps", "0.08", 1.25),
+    a.run_unsettled("half steps", "0.08", 0.8),
     a.control_point(0.354, 0.3),
     a.overturns_alone(0.35, 0.25),
     a.state_left_out("SLV", "The last period is 2 s"),

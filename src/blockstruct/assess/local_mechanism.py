@@ -37,7 +37,7 @@ from blockstruct.results import MacroBlock, Spread, macro_blocks
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import ACCURACY, TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
-from blockstruct.vocabulary import Status, Way, listed
+from blockstruct.vocabulary import Procedure, Status, Way, listed
 
 g = STANDARD_GRAVITY
 
@@ -136,7 +136,20 @@ def local_mechanism(  # noqa: PLR0913
     ratios = [one.ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
     notes = [*notes_of_parts(parts, known, ratios), *check.notes]
+    if isinstance(result, Spread) and found.settled:
+        notes += _unsettled(result, found, min(ratios))
     return replace(check, notes=tuple(notes))
+
+
+def _unsettled(spread: Spread, found: CaseResult, ratio: float) -> list[Note]:
+    """Return the note on the lowest unsettled path of a spread that ended lower than the run with a ratio."""
+    paths = [run for run in spread.runs.values() if run.outcome.procedure is Procedure.LOADING_PATH]
+    lower = [run for run in paths if run.drifts and run.load_factor < found.load_factor]
+    if not lower:
+        return []
+    low = min(lower, key=lambda run: run.load_factor)
+    number = low.answer.text(low.load_factor)
+    return [assessment.run_unsettled(low.schedule, number, ratio * low.load_factor / found.load_factor)]
 
 
 @dataclass(frozen=True, slots=True)

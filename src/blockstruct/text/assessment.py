@@ -352,6 +352,25 @@ def range_of_load_factor(range_text: str) -> Note:
     return _caution(NoteCode.RANGE, f"The load factor is {range_text}. The check counts its lower end.")
 
 
+def run_unsettled(schedule: str, load_factor: str, ratio: float) -> Note:
+    """Return the note on a run of a spread that ended lower than the one relied on, and has not settled.
+
+    Parameters
+    ----------
+    schedule, load_factor
+        Of the run.
+    ratio
+        Capacity over demand at its load factor.
+    """
+    text = (
+        f"The loading path with “{schedule}” ended at a load factor of {load_factor} and has not settled. There "
+        f"capacity / demand is about {ratio_text(ratio)}."
+    )
+    if ratio >= 1:
+        return _caution(NoteCode.RUN_UNSETTLED, text)
+    return Note(NoteCode.RUN_UNSETTLED, Severity.WARNING, f"{text} Rule that out before signing.")
+
+
 def control_point(d0: float, of_weights: float) -> Note:
     """Return the note on a control point that does not move with the weights.
 

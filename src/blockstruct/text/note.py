@@ -62,6 +62,7 @@ class NoteCode(StrEnum):
     OVERTURNS_ALONE = "overturns_alone"
     RANGE = "range"
     ROUNDED_CORNERS = "rounded_corners"
+    RUN_UNSETTLED = "run_unsettled"
     SEPARATE_MECHANISMS = "separate_mechanisms"
     SMALL_MOTIONS = "small_motions"
     STATE_LEFT_OUT = "state_left_out"
