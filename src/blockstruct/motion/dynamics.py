@@ -12,6 +12,7 @@ from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
 from blockstruct.solvers.interior_point.schur import OPTIONS
+from blockstruct.solvers.step import limited
 from blockstruct.statics import MovingStructure, Placement
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
@@ -432,7 +433,7 @@ class _Equations:
         guess : (K, 3) array, N
             Forces without limits, by which contacts are open, stick or slide at first.
         """
-        x, slope = _limited(guess, self.friction * np.maximum(guess[:, 0], 0.0), self.friction)
+        x, slope = limited(guess, self.friction * np.maximum(guess[:, 0], 0.0), self.friction)
         x = x + _turned(slope, self.resting - self.damping * v - guess)
         trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
         try:
@@ -474,39 +475,14 @@ class _Equations:
         """Return the trial at given velocities, with the given limits of friction (K,) if they wait."""
         free = self.resting - self.damping * v
         if limit is None:
-            x, slope = _limited(free, self.friction * np.maximum(free[:, 0], 0.0), self.friction)
+            x, slope = limited(free, self.friction * np.maximum(free[:, 0], 0.0), self.friction)
         else:
-            x, slope = _limited(free, limit, np.zeros(len(v)))
+            x, slope = limited(free, limit, np.zeros(len(v)))
         missed = self._missed(V, x)
         return _Trial(V, v, x, slope, missed, float(np.abs(missed / self.unit).max()), iterations)
 
     def _missed(self, V: Array, x: Array) -> Array:
         return np.asarray(self.push + self.system.wrench(self.parts, x) - _turned(self.M, V))
-
-
-def _limited(free: Array, limit: Array, friction: Array) -> tuple[Array, Array]:
-    """Return contact forces (K, 3) within limits of tension and friction, and their derivatives (K, 3, 3).
-
-    Parameters
-    ----------
-    free : (K, 3) array
-        Forces without limits.
-    limit : (K,) array
-        Largest friction.
-    friction : (K,) array
-        Derivative of the limit to the normal force.
-    """
-    size = np.sqrt(np.einsum("kt,kt->k", free[:, 1:], free[:, 1:]))
-    share = limit / np.maximum(np.maximum(size, limit), 1e-300)
-    along = free[:, 1:] * ((size > limit) / np.maximum(size, 1e-300))[:, None]
-    closed = free[:, 0] > 0
-    slope = np.zeros((len(free), 3, 3))
-    slope[:, 0, 0] = closed
-    slope[:, 1:, 0] = (closed * friction)[:, None] * along
-    slope[:, 1:, 1:] = share[:, None, None] * (np.eye(2) - along[:, :, None] * along[:, None])
-    x = free * share[:, None]
-    x[:, 0] = closed * free[:, 0]
-    return x, slope
 
 
 def _turned(matrices: Array, vectors: Array) -> Array:

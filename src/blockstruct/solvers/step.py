@@ -391,25 +391,32 @@ class _Newton:
     def _limited(self, trial: Array) -> tuple[Array, Array]:
         """Return forces within the limits and the entries of their derivatives."""
         problem, K = self.step.problem, self._K
-        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction)
+        free = trial[: 3 * K].reshape(-1, 3)
+        kept, slope = limited(free, problem.friction * np.maximum(free[:, 0], 0.0), problem.friction)
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
 
 
-def limited(x: Array, friction: Array) -> tuple[Array, Array]:
-    """Return contact forces (K, 3) moved back to what contacts bear, and the derivatives (K, 3, 3).
+def limited(free: Array, limit: Array, friction: Array) -> tuple[Array, Array]:
+    """Return contact forces (K, 3) within limits of tension and friction, and their derivatives (K, 3, 3).
 
-    Contacts bear no tension, and friction up to ``μ n``.
+    Parameters
+    ----------
+    free : (K, 3) array
+        Forces without limits.
+    limit : (K,) array
+        Largest friction.
+    friction : (K,) array
+        Derivative of the limit to the normal force.
     """
-    n, size = np.maximum(x[:, 0], 0.0), np.maximum(np.hypot(x[:, 1], x[:, 2]), 1e-300)
-    most = friction * n
-    slides = size > np.maximum(most, 1e-300)
-    share = np.where(slides, most, 1.0) / np.where(slides, size, 1.0)
-    along = x[:, 1:] / size[:, None]
+    n, size = np.maximum(free[:, 0], 0.0), np.maximum(np.hypot(free[:, 1], free[:, 2]), 1e-300)
+    slides = size > np.maximum(limit, 1e-300)
+    share = np.where(slides, limit, 1.0) / np.where(slides, size, 1.0)
+    along = free[:, 1:] / size[:, None]
     slope = np.zeros((len(n), 3, 3))
     slope[:, 0, 0] = n > 0
     slope[:, 1, 1] = slope[:, 2, 2] = share
     slope[:, 1:, 1:] -= (slides * share)[:, None, None] * along[:, :, None] * along[:, None]
     slope[:, 1:, 0] = ((slides & (n > 0)) * friction)[:, None] * along
-    return np.column_stack([n, share[:, None] * x[:, 1:]]), slope
+    return np.column_stack([n, share[:, None] * free[:, 1:]]), slope
