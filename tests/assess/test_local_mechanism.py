@@ -238,7 +238,7 @@ def test_a_spread_is_checked_by_the_run_as_given():
 
 
 @pytest.mark.parametrize(("load_factor", "severity"), [(0.09, "caution"), (0.02, "warning")])
-def test_a_lower_run_that_has_not_settled_is_told(load_factor, severity):
+def test_a_lower_run_that_has_not_settled_has_a_note(load_factor, severity):
     """The range leaves it out. It opens the verdict if its ratio is below one."""
     spread = bs.AnalysisManager(facade()).run([case()], spread=["half steps"]).spread("out of plane")
     run = spread.runs["half steps"]

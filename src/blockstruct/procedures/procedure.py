@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
 from blockstruct.limit.iteration import Found, Iteration, Outcome, Steps, changed_steps, conclude, given_up
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 #: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
 ALIKE = 5e-3
-#: Rounding of displacements, relative to them.
-_ROUNDING = 1e-9
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -177,7 +175,7 @@ def load_factor_at(displacement: float, problem: LimitProblem, bound: float, set
     if path is None or path.dead_load is None:
         return np.nan
     while (step := path.advance(bound * problem.load_unit)) is not None:
-        if step.displacement >= displacement * (1 - _ROUNDING):
+        if step.displacement >= displacement * (1 - ROUNDING):
             return step.of_case(problem).load_factor
     return np.nan
 
