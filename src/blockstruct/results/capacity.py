@@ -16,7 +16,7 @@ from blockstruct.motion import MotionState, largest_displacement
 from blockstruct.results.ties import break_displacements
 from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics import Placement
-from blockstruct.text import doubtful_part, response_sentences
+from blockstruct.text import EFFECT, doubtful_part, response_sentences
 from blockstruct.vocabulary import AXES, CurveDoubt
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -58,11 +58,8 @@ RISES, JUMPS = 0.02, 0.03
 #: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
 #: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
-#: they no longer do; change of the load factor after that step, over an equal distance and relative to the first load
-#: factor, from which a caution is given.
-MOSTLY, SHIFTED = 0.5, 0.01
-#: Error of the energy balance of a step, relative to all work so far, from which a caution is given.
-MISSED = 0.01
+#: they no longer do.
+MOSTLY = 0.5
 #: Change of the force of a tie between two states, relative to its largest force, that counts as sudden.
 AT_ONCE = 0.5
 
@@ -145,7 +142,7 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
     d, alpha, missed = (curve[name].to_numpy() for name in ("displacement", "load_factor", "energy_error"))
     doubts = [] if is_reaction or len(d) < 3 or not alpha[0] else _changes(curve)
     worst = int(missed.argmax())
-    if missed[worst] > MISSED:
+    if missed[worst] > EFFECT:
         doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
     return [
         DoubtfulPart(
@@ -182,7 +179,7 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
     ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= MOSTLY * friction[:-2])
     length = np.diff(way)
     shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)
-    long = np.flatnonzero(ends & ~of_ties[:-1] & (shifted > SHIFTED * abs(alpha[0])))
+    long = np.flatnonzero(ends & ~of_ties[:-1] & (shifted > EFFECT * abs(alpha[0])))
     if len(long):
         k = int(long[shifted[long].argmax()])
         rocks = friction[k + 1] <= SLIDES * abs(alpha[0])
