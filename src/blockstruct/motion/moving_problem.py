@@ -180,7 +180,7 @@ class ControlPoint:
 #: Overlap of two blocks under the mean dead wrench, in mean block sizes.
 COMPLIANCE = 1e-6
 #: Elastic overlap of a joint under its compressive strength, in mean block sizes.
-ELASTIC = 1e-7
+ELASTIC = 1e-8
 
 
 class MovingProblem:
