@@ -6,7 +6,7 @@ variable load in it, J. The way of a step is the distance that the control point
 
 from collections.abc import Generator, Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Self
 
@@ -129,6 +129,42 @@ def follow(
             return path.outcome(path.lost())
         yield path.take(following)
     return path.outcome(end)
+
+
+@dataclass(slots=True)
+class _Planned:
+    """A step that is being solved, and may be shortened.
+
+    Attributes
+    ----------
+    moved : MovedProblem
+        With contacts as far away as its reach.
+    memory : MotionState
+        State with the forces before the step.
+    before : (K, 3) array
+        These forces.
+    twist, guess : (B, 6) arrays
+        Motion before the step, and of a similar step.
+    way : float
+        Prescribed way, m.
+    time, least : float
+        Its work and that of the shortest step, J.
+    far : float
+        Way of the fastest block, for the inertia, m.
+    paced : bool
+        Whether it has been shortened to the prescribed way.
+    """
+
+    moved: MovedProblem
+    memory: MotionState
+    before: Array
+    twist: Array
+    guess: Array
+    way: float
+    time: float
+    least: float
+    far: float
+    paced: bool = False
 
 
 class _Path:
@@ -316,42 +352,56 @@ class _Path:
 
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks drop.
         """
-        wanted, reach, wide = self._time(placement, twist, way), self._reach(way), WIDEST * self._length
-        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
-        least, moved = SHORTEST * wanted, self._course.at(placement, reach)
-        before, guess, paced = forces_at(moved, memory), twist, False
-        while True:
-            solved, time, inertia_time = self._attempted(moved, before, (twist, guess), wanted, far)
-            if solved is None:
-                return None
-            motion = moved.twist(solved.u / time)
-            jams = abs(solved.load_factor) > JAMS * self.scale
-            closing = self._closing(motion) * time
-            if closing > reach:
-                gone = self._speed(placement, motion) * time
-                if jams and time > least:
-                    wanted = max(SHORTER * time, least)
-                elif reach < wide and (paced or gone <= OFF * way):
-                    reach, moved, wanted = wide, self._course.at(placement, wide), time
-                    before = forces_at(moved, memory)
-                elif time <= least:
-                    return None
-                else:
-                    # Other blocks than before may move, and go further for the same work.
-                    share = SHORTER if paced else min(way / gone, reach / (OFF * closing))
-                    wanted, paced = max(share * time, least), True
-                continue
-            found = self._completed(moved, solved, inertia_time, falls=time <= least)
-            broken = self._until_broken(found)
-            share = min(
-                self._shortened(moved, solved, before, twist, time, way), broken, self._until_zero(moved, found)
-            )
-            if time <= least or (share == 1 and not jams):
+        step = self._planned(placement, twist, way, memory)
+        while (solution := self._within_reach(step)) is not None:
+            solved, time, inertia_time, motion = solution
+            found = self._completed(step.moved, solved, inertia_time, falls=time <= step.least)
+            jams, broken = self._jams(solved), self._until_broken(found)
+            share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
+            if time <= step.least or (share == 1 and not jams):
                 return None if jams else found
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
-                least, far = 0.0, share * far
-            wanted, guess = max(min(share, SHORTER if jams else 1.0) * time, least), motion
+                step.least, step.far = 0.0, share * step.far
+            step.time, step.guess = max(min(share, SHORTER if jams else 1.0) * time, step.least), motion
+        return None
+
+    def _planned(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> _Planned:
+        time, moved = self._time(placement, twist, way), self._course.at(placement, self._reach(way))
+        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * time
+        before = forces_at(moved, memory)
+        return _Planned(moved, memory, before, twist, twist, way, time, SHORTEST * time, far)
+
+    def _within_reach(self, step: _Planned) -> tuple[StepSolution, float, float, Array] | None:
+        """Return the solution of a step in which blocks move no further than contacts are found.
+
+        Its time, time of inertia and motion, twists (B, 6), come with it. The step is shortened, or contacts are found
+        further away. None if no step is found.
+        """
+        while True:
+            solved, time, inertia_time = self._attempted(step)
+            if solved is None:
+                return None
+            motion = step.moved.twist(solved.u / time)
+            closing = self._closing(motion) * time
+            if closing <= step.moved.reach:
+                return solved, time, inertia_time, motion
+            gone = self._speed(step.moved.placement, motion) * time
+            wide = WIDEST * self._length
+            if self._jams(solved) and time > step.least:
+                step.time = max(SHORTER * time, step.least)
+            elif step.moved.reach < wide and (step.paced or gone <= OFF * step.way):
+                step.moved = self._course.at(step.moved.placement, wide)
+                step.before, step.time = forces_at(step.moved, step.memory), time
+            elif time <= step.least:
+                return None
+            else:
+                # Other blocks than before may move, and go further for the same work.
+                share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (OFF * closing))
+                step.time, step.paced = max(share * time, step.least), True
+
+    def _jams(self, solved: StepSolution) -> bool:
+        return abs(solved.load_factor) > JAMS * self.scale
 
     def _fallen_from(
         self, placement: Placement, twist: Array, memory: MotionState, height: float
@@ -369,19 +419,16 @@ class _Path:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time, falls=True)
-                jams = abs(found.load_factor) > JAMS * self.scale
-                return None if jams or self._way(found) <= OFF * SHORTEST * reach else found
+                return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
             height = min(height, reach) / 4
         return None
 
-    def _attempted(
-        self, moved: MovedProblem, before: Array, twists: tuple[Array, ...], wanted: float, far: float
-    ) -> tuple[StepSolution | None, float, float]:
+    def _attempted(self, step: _Planned) -> tuple[StepSolution | None, float, float]:
         """Return the first solution of the attempts at a step, its time and its time of inertia."""
         for share, inertia in self.attempts:
-            time = share * wanted
-            motions = [time * twist for twist in twists]
-            solved, inertia_time = self._step(moved, before, motions, time, far / inertia)
+            time = share * step.time
+            motions = [time * step.twist, time * step.guess]
+            solved, inertia_time = self._step(step.moved, step.before, motions, time, step.far / inertia)
             if solved is not None:
                 return solved, time, inertia_time
         return None, np.nan, np.nan
@@ -395,19 +442,12 @@ class _Path:
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
         return self._course.complete(state, moved)
 
-    def _shortened(
-        self,
-        moved: MovedProblem,
-        solved: StepSolution,
-        before: Array,
-        twist: Array,
-        time: float,
-        way: float,
-    ) -> float:
+    def _shortened(self, step: _Planned, solved: StepSolution, time: float) -> float:
         """Share of a step to which it is to be shortened; one if it need not."""
+        moved = step.moved
         gone = self._speed(moved.placement, moved.twist(solved.u))
-        if gone > OFF * way:
-            return way / gone
+        if gone > OFF * step.way:
+            return step.way / gone
         problem, closed = moved.problem, CLOSED * self._length
         v = (problem.A.T @ solved.u).reshape(-1, 3)
         work = max(abs(solved.load_factor) * time, -float((solved.x[:, 1:] * v[:, 1:]).sum()), 1e-300)
@@ -415,11 +455,11 @@ class _Path:
         units = np.concatenate([problem.force_unit, problem.ties.force_unit])
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
         # If a hinge moves along a joint, the contact point next to it carried the force before.
-        new = np.concatenate([before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
+        new = np.concatenate([step.before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
         across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
         if not across.any():
             return 1.0
-        going = moved.velocities(twist * time)
+        going = moved.velocities(step.twist * time)
         rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
         share = (1 - ACROSS) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
         return share if share < 1 - ACROSS else SHORTER
