@@ -61,6 +61,27 @@ def test_single_block(rocking):
     assert not bs.results.doubtful_parts(curve, rocking.settings.procedure)
 
 
+def test_small_stones_among_large_blocks():
+    """A cube of 5 cm between two blocks of 1 m; another stone, on one of them, slides at μ up to its edge."""
+
+    def block(name, origin, size, *, fixed=False):
+        return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
+
+    blocks = [
+        block("ground", [-1, -1, -0.5], [8, 4, 0.5], fixed=True),
+        block("one", [0, 0, 0], [1, 1, 1.2]),
+        block("wedge", [1, 0.4, 0], [0.05] * 3),
+        block("other", [1.05, 0, 0], [0.5, 1, 0.8]),
+        block("cap", [0.2, 0.2, 1.2], [0.1, 0.05, 0.05]),
+    ]
+    curve = run(model_of(blocks, bs.JointMaterial("joint", 0.5)), "cap", steps=20).capacity
+    load_factor, d = curve["load_factor"].to_numpy(), curve["displacement"].to_numpy()
+    # Its centroid is above the edge of the block at 0.75 m. It tips a quarter of its height before.
+    slides = d < 0.75 - 0.05 / 4
+    assert d.max() > 0.7
+    assert load_factor[slides] == pytest.approx(0.5, rel=1e-3)
+
+
 def test_two_stacked_blocks():
     """Two equal blocks b × h turn as one body b × 2 h about its edge: ``α(θ) = tan(atan(b / 2 h) − θ)``."""
     blocks = [

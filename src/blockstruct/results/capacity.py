@@ -52,8 +52,8 @@ def coordinates_of(model: Model, dim: str, values: NDArray[Any], arrays: Arrays)
     }
 
 
-#: Rise of the load factor above its first value, and jump between two states, from which a caution is given. Both are
-#: relative to the first value.
+#: Rise of the load factor above its first value, or way back of the control point relative to its way, and jump of the
+#: load factor between two states, relative to the first value, from which a caution is given.
 RISES, JUMPS = 0.02, 0.03
 #: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
@@ -128,7 +128,9 @@ class DoubtfulPart:
 
 
 def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
-    """Return the parts of a capacity curve that may depend on its steps: rises, jumps, sudden rocking, missed work.
+    """Return the parts of a capacity curve that may depend on its steps or its control point.
+
+    They are rises, ways back, jumps, sudden rocking and missed work.
 
     A jump, over one step or two, continues neither the curve before nor the curve after it; a kink is no jump. Jumps
     from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or slack appear in its
@@ -160,6 +162,9 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
     d, alpha, friction = (curve[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
     top = int(alpha.argmax())
     doubts = [(CurveDoubt.RISES, 0, top)] if alpha[top] - alpha[0] > RISES * abs(alpha[0]) else []
+    furthest = int(np.abs(d).argmax())
+    if abs(d[furthest]) - abs(d[-1]) > RISES * abs(d[furthest]):
+        doubts.append((CurveDoubt.GOES_BACK, furthest, len(d) - 1))
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     of_ties = _of_ties(curve)
     # Rounding may put a state in the middle of a jump.
