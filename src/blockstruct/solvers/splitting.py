@@ -241,7 +241,8 @@ class _Rows:
 
     def slip(self, rows: Array) -> Array:
         s, t = np.square(self.shear(rows))
-        return np.asarray(np.sqrt(s + t))
+        s += t
+        return np.asarray(np.sqrt(s, out=s))
 
     def as_cones(self, rows: Array, first: Array) -> ConeVector:
         soc = np.empty((len(self.discs) + len(self._cones), 3))
@@ -278,7 +279,10 @@ class _Alternation:
         self._outputs = sp.hstack([rows.E @ self._of_targets, rows.E @ self._of_motion], format="csr")
         self._outputs_at_rest = rows.E @ self._at_rest + rows.offset
         self._pulls, self._loads = AH @ weighted, contact.A @ self._at_rest + contact.problem.w_D
-        self._solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
+        stiffness = AH @ contact.AT
+        if contact.problem.idle.any():
+            stiffness = stiffness + contact.at_rest
+        self._solve = factorised(sp.coo_array(stiffness))
         self._w_L, self._least = contact.problem.w_L, max(norm(contact.problem.w_D), 1e-300)
         self._push = self._solve(self._w_L)
         self._stiffness = dot(self._w_L, self._push)
