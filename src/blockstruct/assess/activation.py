@@ -91,8 +91,8 @@ def least_activation(
     """
     alpha0 = result.load_factor * forces.share
     best = Activation(alpha0, counted.e_star, len(counted.names))
-    # No motion has more than e* = 1. A load factor without its own history has no forces to use.
-    if best.e_star > 1 - ACCURACY or not alpha0 > 0 or np.isfinite(result.outcome.without_crushing):
+    # No motion has more than e* = 1.
+    if best.e_star > 1 - ACCURACY or not alpha0 > 0:
         return best
     search, weight = _Search.of(result, forces, bodies, counted), best.alpha * best.e_star
     found = search.least(weight, best.acceleration)
@@ -173,7 +173,7 @@ class _Search:
     ) -> Self:
         model, last = result.model, result.history.isel(iteration=-1)
         statics = Statics.of(model, division_of(model, result.settings.crushing_cells, result.history))
-        whole = LimitProblem.of(statics, result.case)
+        whole = result.final_problem(statics)
         n = last["contact_force"].transpose("contact_point", "component").to_numpy()[:, 0] / whole.force_unit
         moves = {name for body in bodies for name in body.blocks}
         moving = np.array([model.blocks[i].name in moves for i in statics.free])

@@ -315,6 +315,9 @@ class _Request:
         if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
             notes.insert(0, assessment.range_of_load_factor(head.range))
+        high = head.highest / head.load_factor
+        if head.answer.text(head.highest) != head.number and (one := state(high * a0)):
+            ways.append(WayOfChecking(Way.UPPER_END, high * alpha, e_star, one, motion, high))
         # The notes of the case state the effect of these remedies on its load factor.
         outcome = found.outcome
         remedies = {
@@ -324,7 +327,7 @@ class _Request:
         }
         for way, load_factor in remedies.items():
             low = load_factor / found.load_factor
-            if low < 1 - EFFECT and (one := state(low * a0)):
+            if abs(low - 1) > EFFECT and (one := state(low * a0)):
                 is_estimate = outcome.estimated and way is not Way.OTHER_PROCEDURE
                 ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low, is_estimate))
         return ways, notes

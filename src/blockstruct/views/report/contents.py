@@ -247,9 +247,8 @@ def _headline(
 ) -> dict[str, Any]:
     """Return the row of a case, with a picture of the mechanism that its check relies on."""
     head = r.headline
-    return _result(r) | {
+    return _result(r, checks) | {
         "range": head.range,
-        "ends": " to ".join(dict.fromkeys(head.answer.ends(head.path_range))) if head.path_range else "",
         "bound": head.bound and (head.answer.text(head.associative) if np.isfinite(head.associative) else "none"),
         "notes": _numbers(r, notes, checks),
         "checks": checks,
@@ -264,12 +263,13 @@ def _numbers(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[st
     return sorted({number for check in checks for number in check["notes"]})
 
 
-def _result(r: bs.CaseResult) -> dict[str, str]:
+def _result(r: bs.CaseResult, checks: Sequence[Mapping[str, Any]] = ()) -> dict[str, str]:
+    """Return the status of a case, and the number that its checks rely on."""
     return {
         "name": r.name,
         "flow": r.case.flow.value,
         "status": r.ended,
-        "number": r.headline.number,
+        "number": ", ".join(check["alpha"] for check in checks) or r.headline.number,
         "begins": summary.beginning_words(r),
     }
 
@@ -301,7 +301,7 @@ def _case(
     """Return the page of a case, with the mechanism drawn that its check relies on."""
     # A case without iterations has nothing to count or draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
-    return _result(r) | {
+    return _result(r, checks) | {
         "question": r.case.question,
         "answer": r.answer.name.capitalize(),
         "iterations": r.n_iterations,
@@ -379,6 +379,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
         rows.append(
             ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])
         )
+    rows += [("hint", [hint]) for hint in report.hints]
     return rows + [(kind, _listed(lines)) for kind, lines in report.listing()]
 
 
