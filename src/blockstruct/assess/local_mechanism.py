@@ -143,13 +143,17 @@ def local_mechanism(  # noqa: PLR0913
 
 def _unsettled(spread: Spread, found: CaseResult, ratio: float) -> list[Note]:
     """Return the note on the lowest unsettled path of a spread that ended lower than the run with a ratio."""
-    paths = [run for run in spread.runs.values() if run.outcome.procedure is Procedure.LOADING_PATH]
-    lower = [run for run in paths if run.drifts and run.load_factor < found.load_factor]
-    if not lower:
+    ends = {}
+    for run in spread.runs.values():
+        if run.drifts and run.outcome.procedure is Procedure.LOADING_PATH:
+            ends[run.schedule] = run.load_factor
+        elif run.status is Status.NOT_CONVERGED and run.outcome.drift is not None:
+            ends[run.schedule] = run.outcome.drift[0]
+    if not ends or min(ends.values()) > (1 - EFFECT) * found.load_factor:
         return []
-    low = min(lower, key=lambda run: run.load_factor)
-    number = low.answer.text(low.load_factor)
-    return [assessment.run_unsettled(low.schedule, number, ratio * low.load_factor / found.load_factor)]
+    low = min(ends, key=ends.__getitem__)
+    number = found.answer.text(ends[low])
+    return [assessment.run_unsettled(low, number, ratio * ends[low] / found.load_factor)]
 
 
 @dataclass(frozen=True, slots=True)

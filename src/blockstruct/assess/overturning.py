@@ -1,7 +1,7 @@
 """Linear kinematic analysis by hand: a named group of blocks turns about a named edge."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -231,11 +231,11 @@ def overturning(
         )
     loads = rotation.dead.force + rotation.load_factor(0.0) * rotation.variable.force
     pressing = loads + sum((pull.force * pull.direction for pull in pulls), np.zeros(3))
-    notes, touching = _notes_of_joints(model, bodies, ends, pressing)
-    if np.isfinite(f_c) and touching and length > (1 + EFFECT) * touching:
-        less = turning(touching)[0].load_factor(0.0) * forces.share
-        if abs(less / alpha0 - 1) >= EFFECT:
-            notes = (assessment.edge_is_long(length, touching, alpha0, less),)
+
+    def alpha_of(crushed: float) -> float:
+        return turning(crushed)[0].load_factor(0.0) * forces.share
+
+    notes = _notes_of_joints(model, bodies, ends, pressing, alpha0, alpha_of)
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines), notes)
 
 
@@ -317,26 +317,36 @@ def _standing_on(model: Model, names: set[str]) -> list[Line]:
 
 
 def _notes_of_joints(
-    model: Model, bodies: Sequence[Block], ends: Array, pressing: Array
-) -> tuple[tuple[Note, ...], float]:
-    """Return the note on an edge without a joint that takes the force on it, and the length of its joints, m."""
+    model: Model,
+    bodies: Sequence[Block],
+    ends: Array,
+    pressing: Array,
+    alpha0: float,
+    alpha_of: Callable[[float], float],
+) -> tuple[Note, ...]:
+    """Return the note on an edge without a joint that takes the force on it, or with shorter joints that crush.
+
+    ``alpha_of`` gives α0 with another length that crushes, m.
+    """
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis = (ends[1] - ends[0]) / length
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
     if np.linalg.norm(up) < NEGLIGIBLE:
-        return (), 0.0
+        return ()
     up /= np.linalg.norm(up)
     corners = np.concatenate([b.shape.vertices for b in bodies])
     near = _AT_JOINT * float(np.ptp(corners, axis=0).max())
     below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in bodies}
     joints = _joints_at(model, set(below), ends[0], axis, pressing, near)
     if any(begin <= length + near and end >= -near for begin, end in joints):
-        return (), _length_of(joints)
+        total = _length_of(joints)
+        less = alpha_of(total) if 0 < total < length / (1 + EFFECT) else alpha0
+        return (assessment.edge_is_long(length, total, alpha0, less),) if less < (1 - EFFECT) * alpha0 else ()
     furthest = max(below, key=below.__getitem__)
     if below[furthest] <= near:
-        return (assessment.edge_overhangs(),), 0.0
+        return (assessment.edge_overhangs(),)
     others = sum(depth > near for depth in below.values()) - 1
-    return (assessment.edge_is_high(below[furthest], furthest, others),), 0.0
+    return (assessment.edge_is_high(below[furthest], furthest, others),)
 
 
 def _joints_at(

@@ -66,7 +66,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """Run the procedure with an upper limit from the case without crushing.
+    """Run the procedure, and the case without crushing.
 
     Crushing never raises the associative load factor. Without dilatancy there are several collapse states, and joints
     that settle as they crush lean one wall on another. If crushing raises the load factor, the case ends with the
@@ -82,8 +82,8 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
     if not outcome.load_factor - without > ALIKE * abs(without):
         return outcome
     yield replace(states[-1], linearised_at=None)
-    changes = {"procedure": limit.procedure, "peak": limit.peak, "without_crushing": without}
-    return replace(outcome, load_factor=without, settled=False, **changes)
+    outcome = replace(outcome, load_factor=without, settled=False, without_crushing=without)
+    return replace(outcome, procedure=limit.procedure, peak=limit.peak)
 
 
 def _solve(

@@ -70,12 +70,16 @@ class Spread:
 
     @property
     def relied_on(self) -> CaseResult:
-        """The run to rely on: of the loading paths, the lowest if its load factor has other digits, else the given."""
+        """The run to rely on: of the loading paths, the lowest if its load factor has other digits, else the given.
+
+        It has the range of the loading paths.
+        """
         paths = [run for run in self._settled if run.outcome.procedure is Procedure.LOADING_PATH]
         low = min(paths, key=lambda run: run.load_factor, default=self.given)
         given = self.given
         lower = given in self._settled and low.load_factor < given.load_factor
-        return low if lower and given.answer.text(low.load_factor) != given.headline.number else given
+        run = low if lower and given.answer.text(low.load_factor) != given.headline.number else given
+        return run.changed(path_dependence=self.path_dependence)
 
     @property
     def _settled(self) -> list[CaseResult]:

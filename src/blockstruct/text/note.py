@@ -228,9 +228,9 @@ _NOT_SETTLED = (
     "another {answer} may come first. Do not rely on it."
 )
 _RAISED = (
-    "With crushing the procedure ended at a higher {answer}, in another collapse state. {answer_}, forces and mechanism "
-    "are those without crushing, which crushing of its pressed edges would lower. Check this mechanism by hand, too, "
-    "with its pressed edge (bs.assess.overturning), and rely on the lower number."
+    "With crushing the procedure ended at a higher {answer}, in another collapse state. The {answer}, the forces and "
+    "the mechanism are without crushing. Check this mechanism by hand, too, with its pressed edge "
+    "(bs.assess.overturning), and rely on the lower number."
 )
 _STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
 
@@ -278,5 +278,5 @@ def caveats(
         side = "more" if change > 0 else "less"
         apart = f"{abs(change):.0%} {side}" if abs(change) >= EFFECT else "the same"
         effect = f" Another procedure finds {answer.text(outcome.other_procedure)}, {apart}."
-    words = {"answer": answer.name, "answer_": answer.name.capitalize(), "claim": claim, "names": listed(jammed, FEW), "effect": effect}
+    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, FEW), "effect": effect}
     return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in notes)

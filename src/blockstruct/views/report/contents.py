@@ -18,8 +18,8 @@ from blockstruct.views.report import summary
 from blockstruct.views.selection import shown_results
 from blockstruct.vocabulary import counted
 
-#: Pictures of a case in the appendix, and their width and height, inches: three in a row.
-_DETAILS, _SMALL = ("forces", "domain", "convergence"), (3.4, 2.7)
+#: Pictures of a case in the appendix, and their width and height, inches: three in a row. Size of the compass.
+_DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence"), (3.4, 2.7), (2.9, 3.1)
 #: Loads of a pattern, and findings of the detection, that are listed.
 _LISTED = 12
 #: Sentences on masses that the first page of a report has room for.
@@ -57,7 +57,7 @@ def contents(
         "tags": list(analysis.tags),
         "parameters": parameter_texts(analysis),
         "directions": directions_text(analysis),
-        "overview": [summary.picture(d) for d in overview(analysis)],
+        "overview": [summary.picture(replace(d, size=_COMPASS)) for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³"), _source(m)) for m in model.materials.values()],
