@@ -78,8 +78,9 @@ class Spread:
         low = min(paths, key=lambda run: run.load_factor, default=self.given)
         given = self.given
         lower = given in self._settled and low.load_factor < given.load_factor
-        run = low if lower and given.answer.text(low.load_factor) != given.headline.number else given
-        return run.changed(path_dependence=self.path_dependence)
+        if not lower or given.answer.text(low.load_factor) == given.headline.number:
+            return given
+        return low.changed(path_dependence=self.path_dependence)
 
     @property
     def _settled(self) -> list[CaseResult]:
