@@ -27,8 +27,6 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
-#: Load factor, relative to the first one, below which a step moves the whole remaining way to zero.
-NEAR = 1e-3
 #: Number of states that give the slope of the curve.
 FORESEEN = 8
 #: Largest way of a block in a step, in ways of the control point.
@@ -39,15 +37,11 @@ OFF = 1.5
 WIDEST = 0.25
 #: Largest height of free fall in a step, in mean block sizes. Inertia is small then.
 HIGHEST = 1e3
-#: Gap that counts as closed, in mean block sizes.
-CLOSED = 1e-4
 #: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
-#: of the gap open.
+#: of the gap open. Below this share of its first value, the load factor goes to zero in one step.
 ACROSS = 1e-3
 #: Least share of a step, also while blocks fall.
 SHORTEST = 1 / 4096
-#: Share of its elongation limit within which a tie breaks.
-BREAKS = 1e-4
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
 #: Load factor, relative to collapse, above which something immovable stops the push.
@@ -61,8 +55,6 @@ PATIENCE = 5
 FEW = 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
 ABOVE = 0.015
-#: Speed of the control point, relative to the fastest block, below which it rests.
-RESTS = 1e-4
 #: Most blocks that are named.
 NAMED = 5
 
@@ -107,7 +99,7 @@ def follow(
     rest = Placement.of(problem.statics.model)
     mechanism = _mechanism(problem, collapse, rest)
     speed = abs(problem.control.velocity(rest, mechanism))
-    if speed <= RESTS * np.linalg.norm(mechanism[:, :3], axis=1).max():
+    if speed <= ZERO * np.linalg.norm(mechanism[:, :3], axis=1).max():
         return replace(_outcome(problem, CurveEnd.RESTS, mechanism), displacement=0.0)
     kind = _SettlementPath if isinstance(problem.case, SettlementCase) else _Path
     path = kind(problem, collapse, settings)
@@ -284,7 +276,7 @@ class _Path:
         curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
         start = curve[min(1, len(curve) - 1)][0] if curve else last.displacement
         fastest = np.linalg.norm(last.velocity, axis=1).max()
-        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= RESTS * fastest
+        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= ZERO * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
         found = _outcome(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
@@ -415,7 +407,7 @@ class _Path:
         before = forces_at(moved, memory)
         wanted = self._time(placement, twist, SHORTEST * reach)
         falling = twist / max(float(np.linalg.norm(twist[:, :3], axis=1).max()), 1e-300)
-        while height > CLOSED * self._length:
+        while height > ZERO * self._length:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time, falls=True)
@@ -448,7 +440,7 @@ class _Path:
         gone = self._speed(moved.placement, moved.twist(solved.u))
         if gone > OFF * step.way:
             return step.way / gone
-        problem, closed = moved.problem, CLOSED * self._length
+        problem, closed = moved.problem, ZERO * self._length
         v = (problem.A.T @ solved.u).reshape(-1, 3)
         work = max(abs(solved.load_factor) * time, -float((solved.x[:, 1:] * v[:, 1:]).sum()), 1e-300)
         gaps = np.concatenate([moved.contacts.gap, moved.slack])
@@ -536,7 +528,7 @@ class _Path:
         left = alpha * self._way(last) / (last.load_factor - alpha)
         if not COMPLIANCE * self._length < left < (1 - ACROSS) * way:
             return 1.0
-        return left / way * (1 - SHORTER if alpha > NEAR * abs(curve[0][1]) else 1.0)
+        return left / way * (1 - SHORTER if alpha > ACROSS * abs(curve[0][1]) else 1.0)
 
     def _until_broken(self, found: MotionState) -> float:
         """Return the share of the way of a state up to the first tie that breaks; one if no tie breaks.
@@ -556,8 +548,8 @@ class _Path:
 
         if not breaks(1.0, limit).any():
             return 1.0
-        near = (longest <= limit) & (longest >= (1 - BREAKS) * limit)
-        most = np.where(near, (1 + BREAKS) * limit, (1 - BREAKS / 2) * limit)
+        near = (longest <= limit) & (longest >= (1 - ZERO) * limit)
+        most = np.where(near, (1 + ZERO) * limit, (1 - ZERO / 2) * limit)
         if not breaks(1.0, most).any():
             return 1.0
         low, high = 0.0, 1.0
@@ -565,7 +557,7 @@ class _Path:
             middle = (low + high) / 2
             low, high = (low, middle) if breaks(middle, most).any() else (middle, high)
         share = high if near.any() else low
-        return share if share < 1 - BREAKS else 1.0
+        return share if share < 1 - ZERO else 1.0
 
 
 class _SettlementPath(_Path):
