@@ -329,7 +329,8 @@ class _Newton:
         closed = before[:, 0] > 0
         if not closed.any():
             return motion, step.load_factor
-        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < (1 - NEGLIGIBLE) * step.problem.friction * before[:, 0])
+        limit = (1 - NEGLIGIBLE) * step.problem.friction * before[:, 0]
+        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < limit)
         x[:, 0] = np.where(closed, before[:, 0], np.minimum(x[:, 0], 0.0))
         x[sticks, 1:] = before[sticks, 1:]
         kept, slope = self._limited(like)
