@@ -70,7 +70,7 @@ class Spread:
 
     @property
     def relied_on(self) -> CaseResult:
-        """The run to rely on: of the loading paths, the lowest if its load factor has other digits, else the given.
+        """Run to rely on: the settled loading path of lowest load factor, or the given run if both print alike.
 
         It has the range of the loading paths.
         """
