@@ -29,10 +29,6 @@ if TYPE_CHECKING:
     from blockstruct.procedures.path import Path
 
 
-#: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
-ALIKE = 5e-3
-
-
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
     """Solve a limit case, program by program.
 
@@ -74,8 +70,12 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
     outcome = yield from _solve(problem, flow, settings, solver)
     if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
+    # Loaded here: its linear algebra is slow to import.
+    from blockstruct.procedures.path import SETTLED
+
     without = conclude(_solve(problem.without_crushing, flow, settings, solver, is_guard=True)).load_factor
-    if not outcome.load_factor - without > ALIKE * abs(without):
+    # Two runs of one structure differ by as much as the range in which a path has settled.
+    if not outcome.load_factor - without > SETTLED * abs(without):
         return outcome
     return replace(outcome, load_factor=without, settled=False, peak=np.nan, without_crushing=without)
 
