@@ -163,7 +163,7 @@ def load_factor_at(displacement: float, problem: LimitProblem, bound: float, set
     problem, settings
         The limit problem and the steps of the path.
     bound
-        Load factor with associative flow, or that of a similar problem; infinite without one. It scales the first
+        Load factor with associative flow, or of a similar problem; infinite without one. It scales the first
         guess.
 
     Returns
