@@ -159,19 +159,20 @@ class Newton:
         target = centre * conditions.identity() - self._squared
         if correction is not None:
             target = target - correction
-        h = self._scaling.divided(self._scaling.point.solve(target)) - self._weights.times(residuals.forces)
-        b = conditions.flow(h) - residuals.flow
+        ahead = self._scaling.divided(self._scaling.point.solve(target))
+        b = conditions.flow(ahead - self._weights.times(residuals.forces)) - residuals.flow
         x, u, alpha = self._forces(b, residuals.equilibrium, residuals.work)
-        for _ in range(REFINEMENTS):
-            y = conditions.of_forces(x)
-            missed = b - problem.compliance * x - conditions.flow(self._weights.times(y)) - problem.AT @ u
-            if not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max():
+        for refinement in range(REFINEMENTS + 1):
+            y = conditions.of_forces(x) + residuals.forces
+            z = ahead - self._weights.times(y)
+            missed = conditions.flow(z) - residuals.flow - problem.compliance * x - problem.AT @ u
+            is_precise = not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max()
+            if is_precise or refinement == REFINEMENTS:
                 break
             equilibrium = residuals.equilibrium + problem.A @ x + alpha * self._w_L
             more = self._forces(missed, equilibrium, residuals.work + float(self._w_L @ u))
             x, u, alpha = x + more[0], u + more[1], alpha + more[2]
-        y = conditions.of_forces(x)
-        return ContactState(x, y + residuals.forces, h - self._weights.times(y), u, alpha)
+        return ContactState(x, y, z, u, alpha)
 
     def _forces(self, b: Array, equilibrium: Array, work: float) -> tuple[Array, Array, float]:
         """Solve the linear equations of a direction for x, u and α.
