@@ -27,8 +27,6 @@ MAX_OF_STEP, MAX_OF_PATH = 80, 600
 ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5
-#: Cohesion of contacts with lagging friction, so that unloaded contacts keep some resistance.
-LAG_FLOOR = 1e-5
 
 
 class InteriorPointPath(Path):
@@ -119,5 +117,6 @@ class InteriorPointPath(Path):
         if not self._lags:
             return self.contact
         last = np.maximum(self._state.x[self._normal], -self._problem.tension)
-        half = fictitious_sliding(self._problem, last, LAG_FLOOR, -LAG)
+        # A cohesion as small as the tolerance keeps some resistance at unloaded contacts.
+        half = fictitious_sliding(self._problem, last, TOLERANCE, -LAG)
         return self.contact.with_sliding(half)
