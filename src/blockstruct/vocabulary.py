@@ -209,6 +209,8 @@ class CurveDoubt(StrEnum):
     ROCKS = "rocks"
     #: Blocks slide before a long step, and rock and slide after it.
     ROCKS_AND_SLIDES = "rocks_and_slides"
+    #: The control point goes back.
+    GOES_BACK = "goes_back"
     #: The forces do not balance the energy of a step.
     MISSES_WORK = "misses_work"
 

@@ -76,21 +76,6 @@ def test_many_ties_are_counted():
 
 
 @pytest.mark.parametrize(
-    ("refused", "instead"),
-    [
-        ({"cohesion": "0.1 MPa"}, "without it, and run a LimitCase"),
-        ({"tensile_strength": "0.1 MPa", "cohesion": "0.1 MPa"}, "which is lost where blocks part"),
-        ({"compressive_strength": "3 MPa"}, "local_mechanism then sets its hinge back"),
-    ],
-)
-def test_strengths_that_are_refused_have_a_way_out(refused, instead):
-    blocks = [box("ground", (-1, 2), (-0.5, 0), fixed=True), box("block", (0, 0.5), (0, 2))]
-    found = bs.detect_interfaces(blocks, bs.JointMaterial("mortar", 0.6, **refused))
-    with pytest.raises(bs.errors.ModelError, match=instead):
-        run(bs.Model("block", blocks, found), "block")
-
-
-@pytest.mark.parametrize(
     ("tie", "instead"),
     [
         (bs.Tie("bar", *ENDS, yield_force="9 kN", prestress="2 kN"), "leave it out, the tie yields at the same force"),

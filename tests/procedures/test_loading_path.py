@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -46,25 +45,7 @@ def test_a_block_that_is_lifted_leaves_no_force():
     assert exact(along_path(model_of(*single_block(0.4, 1.0, mu=0.5)), push(0, 0, 1))) == pytest.approx(1, rel=1e-6)
 
 
-def test_a_block_without_friction_slides_at_once():
-    found = along_path(model_of(*single_block(0.4, 1.0, mu=0.0)), push(1, 0, 0))
-    assert found.status == "converged"
-    assert found.load_factor == pytest.approx(0, abs=1e-5)
-
-
-def test_stack(dry):
-    blocks = [box("ground", [-1, -1, -1], [3, 3, 1], fixed=True)]
-    blocks += [box(f"b{k}", [0, 0, 0.5 * k], [0.4, 0.6, 0.5]) for k in range(4)]
-    assert exact(along_path(model_of(blocks, dry), push(1, 0, 0))) == pytest.approx(0.4 / 2.0, rel=1e-5)
-
-
 WEAK = bs.JointMaterial("joint", 0.8, compressive_strength=Q_(100, "kPa"))
-
-
-def test_crushing_block():
-    found = along_path(model_of(single_block(0.3, 1.0)[0], WEAK), push(1, 0, 0))
-    # W / (f_c b t) = 20 kPa / 100 kPa
-    assert exact(found) == pytest.approx(0.3 * (1 - 0.2), rel=1e-5)
 
 
 def test_block_that_crushes_at_a_corner():
@@ -96,14 +77,6 @@ def test_arch_has_its_associative_load_factor():
     model = model_of(blocks, bs.JointMaterial("dry", 0.6))
     bound = solve(model, push(1, 0, 0)).load_factor
     assert exact(along_path(model, push(1, 0, 0))) == pytest.approx(bound, rel=1e-5)
-
-
-def test_dilatancy_of_the_friction_angle_is_associative(tuff):
-    dilatant = bs.JointMaterial("rough", friction_angle="30 deg", dilatancy_angle="30 deg")
-    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    model = model_of(blocks, dilatant)
-    bound = solve(model, push(1, 0, 0)).load_factor
-    assert exact(along_path(model, push(1, 0, 0))) == pytest.approx(bound, rel=1e-4)
 
 
 MORTAR, CRUSHES = {"cohesion": "0.5 kPa", "tensile_strength": "0.3 kPa"}, {"compressive_strength": "60 kPa"}
@@ -189,23 +162,6 @@ def test_displacement_is_that_of_the_points_where_the_load_acts(loads, carried):
     moves = F.sum() / 1e9 + z * (F @ z) / 0.5e9
     expected = float(first.load_factor) * (F @ moves) / F.sum()
     assert float(first.displacement) == pytest.approx(expected, rel=1e-4)
-
-
-def test_stored_and_resumed_as_it_was(small_model, dead, tmp_path):
-    case = bs.LimitCase("push", dead, push(1, 0, 0), "nonassociative")
-    settings = bs.ProcedureSettings(**PATH)
-
-    def stop(event):
-        if type(event).__name__ == "IterationDone" and event.index == 2:
-            raise KeyboardInterrupt
-
-    whole = bs.AnalysisManager(small_model, tmp_path / "whole.h5", settings=settings).run([case])
-    broken = bs.AnalysisManager(small_model, tmp_path / "broken.h5", settings=settings, listeners=[stop]).run([case])
-    assert broken["push"].status == "interrupted"
-    resumed = bs.AnalysisManager.resume(tmp_path / "broken.h5")
-    again, first = (r["push"].history.drop_vars("solver_time") for r in (resumed, whole))
-    xr.testing.assert_allclose(again, first, rtol=1e-9, atol=1e-12)
-    assert bs.open_analysis(tmp_path / "whole.h5")["push"].history.identical(whole["push"].history)
 
 
 NO_STATE = ("SplittingPath._at_rest", lambda _: None)

@@ -215,10 +215,6 @@ def test_a_problem_is_the_sum_of_its_groups():
     assert found[0].load_factor == pytest.approx(min(step.load_factor for step in found[1:]), rel=1e-6)
 
 
-def test_an_ordinary_load_factor_does_not_warn(small_analysis):
-    assert [r.warnings for r in small_analysis.values()] == [(), ()]
-
-
 @pytest.mark.parametrize(("share", "mu"), [(0.1, 0.4), (0.3, 0.4), (0.3, 0.65), (0.5, 0.65)])
 def test_a_load_inside_the_friction_cone_is_recognised_early(share, mu):
     """Pushed down by more than friction needs: it ended after 60 programs and more, as not converged, at −0.857."""

@@ -62,6 +62,15 @@ def test_a_jump_has_its_load_factors_and_its_displacement(d, share):
     assert jump.load_factor == (between[7], between[9])
 
 
+def test_a_control_point_that_goes_back():
+    d = np.concatenate([EVEN, [0.99, 0.97]])
+    load_factor = 0.3 - 0.2 * np.append(0.0, np.abs(np.diff(d)).cumsum())
+    (back,) = parts(d, load_factor)
+    assert (back.doubt, back.displacement) == ("goes_back", (1.0, 0.97))
+    assert parts(-d, load_factor)[0].displacement == (-1.0, -0.97)
+    assert parts(d[:-1], load_factor[:-1]) == []
+
+
 @pytest.mark.parametrize(("before", "after", "doubt"), [(0.0, 0.0, "leaps"), (0.3, 0.0, "slips"), (0.0, 0.2, "slips")])
 def test_a_jump_slips_only_with_friction(before, after, doubt):
     load_factor = 0.3 * (1 - EVEN) - 0.05 * (EVEN > 0.4)

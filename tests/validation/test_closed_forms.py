@@ -225,12 +225,6 @@ def test_a_block_that_slides_down_by_itself_slides(strength, flow):
     assert result.active_joints.state.to_list() == ["sliding"]
 
 
-def test_frictionless_block_moves_at_once():
-    result = solve(model_of(*single_block(1.0, 1.0, mu=0.0)), push(1, 0, 0), "nonassociative")
-    assert result.status == "converged"
-    assert result.load_factor == pytest.approx(0.0, abs=1e-6)
-
-
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
 def test_weights_that_differ_by_orders_of_magnitude():
     # 1 g on 100 t: the crumb is slender and rocks at b / h = 0.1, long before anything slides.

@@ -10,7 +10,7 @@ from blockstruct import Q_
 from properties import few
 from structures import model_of, moved, push, rotation, solve
 
-TUFF, DRY = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
+DRY = bs.JointMaterial("dry", 0.65)
 
 BONDS = st.sampled_from(
     [

@@ -246,15 +246,6 @@ def test_the_first_page_has_the_end_and_the_doubts_of_a_curve(rounded):
     assert f"; {ended}.</p>" in head
 
 
-def test_a_curve_that_begins_below_the_number_relied_on_is_listed(rounded):
-    lower = bs.LimitCase("lower", SELF_WEIGHT, bs.LoadPattern("more", [bs.BodyForce((1, 0, 0), share=1.2)]))
-    found = bs.AnalysisManager(rounded.model).run([lower])
-    both = bs.Analysis(rounded.model, {**rounded, **found}, rounded.created_at, rounded.versions)
-    head = summary(both)
-    assert f"Relied on: load factor {found['lower'].load_factor:.4g} of “lower”" in head
-    assert "Pushover “push”: the curve of rounded corners begins at" in head
-
-
 def test_the_first_page_lists_three_of_many_pushovers(rounded):
     results = {
         f"p{k}": dataclasses.replace(rounded["push"], case=rounded["push"].case.renamed(f"p{k}")) for k in range(5)
@@ -481,16 +472,6 @@ def test_the_report_is_a_pdf_of_numbered_pages(paper):
     assert "Model" in found[1]
     assert "partial safety factor" in found[1]
     assert "Settings and versions" in found[-1]
-
-
-@pytest.mark.slow
-def test_a_page_with_two_checks_and_notes_keeps_a_picture_that_can_be_read(slender, tmp_path):
-    analysis = bs.AnalysisManager(slender.model).run([case("push +x"), case("push +y", (0, 1, 0))])
-    checks = [bs.assess.local_mechanism(result, 1.35, SITE) for result in analysis.values()]
-    project = dict.fromkeys(("client", "engineer", "place", "date", "protocol", "drawing"), "Lucca")
-    found = pages(write_report(analysis, tmp_path / "r.pdf", project=project, checks=checks))
-    assert "moves, to first order" in found[0].replace("\n", " ")
-    assert "partial safety factor" in found[1]
 
 
 @pytest.mark.slow

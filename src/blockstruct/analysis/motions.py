@@ -1,8 +1,8 @@
-"""Motions after collapse and under records; cases that are resumed, and run again by the remedy of a note.
+"""Follow motions beyond collapse and under records; resume cases; run the remedies of notes.
 
-The history of a case answers the programs already solved. The procedure is deterministic: its next step depends only
-on the problem, the settings and the earlier solutions. So it runs again from the start, with a solver that knows the
-first solutions.
+To resume a case, its history answers the programs already solved. The procedure is deterministic: its next step depends
+only on the problem, the settings and the earlier solutions. So it runs again from the start, with a solver that knows
+the first solutions.
 """
 
 import contextlib
@@ -99,6 +99,17 @@ def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners:
     """Return the result of a record with its response.
 
     A response that the result already has is continued. A KeyboardInterrupt ends it; the result is then interrupted.
+
+    Parameters
+    ----------
+    result
+        Result of the dead load, which the structure carries.
+    statics
+        Statics of the model.
+    case
+        The record.
+    listeners
+        Called with every state.
     """
     start, last, count = perf_counter(), None, 0
     pieces: list[Any] = []

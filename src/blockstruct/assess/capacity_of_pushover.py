@@ -18,7 +18,7 @@ from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import counted
 
-#: Motion of the control point in the mechanism, relative to the largest, from which it measures the displacement.
+#: Least motion of the control point in the mechanism, relative to the largest: a slower point does not measure it.
 _MOVES = 0.05
 #: Sine of the largest angle between the directions of the control point and of the push.
 _ALONG = 1e-2
@@ -41,6 +41,11 @@ def curve_of_pushover(
         Participation of the macro-blocks.
     a0_star
         Acceleration at the collapse state, m/s².
+
+    Returns
+    -------
+    CapacityCurve
+        Acceleration, m/s², over the displacement of the oscillator, m, from the collapse state on.
 
     Raises
     ------
@@ -129,9 +134,21 @@ def curve_of_pushover(
 def d0_of_weights(
     model: Model, capacity: xr.Dataset, forces: HorizontalForces, names: Sequence[str], e_star: float
 ) -> float:
-    """Return d0 of a pushover by the mean displacement of the weights P + Q, m.
+    """Return d0 of a pushover, m, measured by the weights P + Q instead of the control point.
 
-    With their mean δ as the δ of the control point, [C8.7.1.4] gives their mean displacement over e*.
+    It is their mean displacement along the push at the last certified step, over e*: [C8.7.1.4] with their mean δ as
+    the δ of the control point.
+
+    Parameters
+    ----------
+    model, capacity
+        Model and ``result.capacity`` of the pushover.
+    forces
+        Weights P + Q, their points and the direction of the push.
+    names
+        Blocks whose weights count.
+    e_star
+        Participating share e* of the mass.
     """
     last = int(np.flatnonzero(_certified(capacity))[-1])
     index = model.block_index

@@ -31,15 +31,19 @@ class Mirror:
     The forces of the whole are ``x = S x̂``, its velocities ``u = T û``. A contact point, or a block, that is not
     its own mirror image stands for two, and its unit of force is twice as large. So equilibrium ``Tᵀ A S``,
     loads ``Tᵀ w`` and strengths have the same form, work is unchanged, and ``v̂ = Sᵀ Aᵀ T û``. A block that is its own
-    image keeps three of six motions. The rows of the others are empty.
+    image keeps three of six motions. The rows of the others are empty. The whole has K contact points,
+    F free blocks and R crushing rectangles; the half has K̂ contact points and F̂ blocks.
 
     Attributes
     ----------
     whole, half : LimitProblem
+        Problem of the structure, and of its half.
     normal : (3,) array
         Normal of the plane of symmetry.
     S : (3 K, 3 K̂) sparse array
+        Forces of the whole from those of the half.
     T : (6 F, 6 F̂) sparse array
+        Velocities of the whole from those of the half.
     point, rectangle : (K,), (R,) arrays
         Index in the half of each contact point and crushing rectangle. A rectangle that is its own image has the same
         two or three contact points at its four corners.
@@ -57,8 +61,8 @@ class Mirror:
     def of(cls, problem: LimitProblem) -> Self | None:
         """Return the mirror of a problem; None if the problem is not its own mirror image.
 
-        Problems with ties, a settlement, uniform torsion, joints that never slide, or motions that a support holds, are
-        not reduced.
+        Problems with ties, a settlement, uniform torsion, joints that never slide, or supports that hold some motions
+        only, are not reduced.
         """
         more = len(problem.ties) or len(problem.torsion) or problem.never_slides.any() or problem.settlement is not None
         statics = problem.statics
@@ -75,11 +79,25 @@ class Mirror:
     def about(
         cls, problem: LimitProblem, normal: Array, position: Array, points: ContactPoints, same: float = ROUNDING
     ) -> Self | None:
-        """Return the mirror about a plane through the middle of the free blocks; None without one.
+        """Return the mirror about a plane through the mean centroid of the free blocks.
 
-        ``normal`` (3,) is the normal of the plane, ``position`` (B, 3), m, the centroids of the blocks, and ``points``
-        are the contact points. Wrenches are in axes that turn with each block. Lengths that differ by less than
-        ``same``, in units of length, are equal.
+        Parameters
+        ----------
+        problem
+            The whole problem, whose wrenches are in axes that turn with each block.
+        normal : (3,) array
+            Unit normal of the plane.
+        position : (B, 3) array, m
+            Centroids of the blocks.
+        points
+            Contact points of the problem.
+        same
+            Lengths are equal if they differ by less, in multiples of the characteristic length of the statics.
+
+        Returns
+        -------
+        Mirror or None
+            None if the problem is not symmetric about the plane.
         """
         statics = problem.statics
         assert statics is not None

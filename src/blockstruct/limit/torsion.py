@@ -18,11 +18,11 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import ROUNDING, Array, Flags, Index
 from blockstruct.statics import ContactPoints
 
-#: Number of steps that divide velocities; rate that counts as zero, relative to the largest rate of the interface.
-STEPS, NONE = 60, 1e-9
+#: Number of steps that divide velocities.
+STEPS = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class UniformTorsion:
                 # Reweighted least squares cannot leave a start in which w takes all or none of the motion.
                 w = w / 2
             of_points, of_cone = rates(w)
-            w = self._fitted(along, R / np.maximum(of_points, NONE), whole / np.maximum(of_cone, NONE))
+            w = self._fitted(along, R / np.maximum(of_points, ROUNDING), whole / np.maximum(of_cone, ROUNDING))
         of_points, of_cone = rates(best)
         found[self.point] = (of_points + of_cone[self.owner]) * fastest[self.owner]
         return found

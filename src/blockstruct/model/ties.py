@@ -131,7 +131,7 @@ _LENGTH, _FORCE, _AREA, _STRESS = ({"dimension": d} for d in ("length", "force",
 
 @frozen(repr=False, field_transformer=named_arguments)
 class Tie(ModelObject):
-    """A bar between two anchors that pulls two blocks together, without compression and with unlimited yield.
+    """A bar between two anchors that pulls two blocks together; it bears no compression, and yields at its capacity.
 
     Parameters
     ----------

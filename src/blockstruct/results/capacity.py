@@ -16,7 +16,7 @@ from blockstruct.motion import MotionState, largest_displacement
 from blockstruct.results.ties import break_displacements
 from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics import Placement
-from blockstruct.text import doubtful_part, response_sentences
+from blockstruct.text import EFFECT, doubtful_part, response_sentences
 from blockstruct.vocabulary import AXES, CurveDoubt
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -52,17 +52,14 @@ def coordinates_of(model: Model, dim: str, values: NDArray[Any], arrays: Arrays)
     }
 
 
-#: Rise of the load factor above its first value, and jump between two states, from which a caution is given. Both are
-#: relative to the first value.
+#: Rise of the load factor above its first value, or way back of the control point relative to its way, and jump of the
+#: load factor between two states, relative to the first value, from which a caution is given.
 RISES, JUMPS = 0.02, 0.03
 #: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
 #: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
-#: they no longer do; change of the load factor after that step, over an equal distance and relative to the first load
-#: factor, from which a caution is given.
-MOSTLY, SHIFTED = 0.5, 0.01
-#: Error of the energy balance of a step, relative to all work so far, from which a caution is given.
-MISSED = 0.01
+#: they no longer do.
+MOSTLY = 0.5
 #: Change of the force of a tie between two states, relative to its largest force, that counts as sudden.
 AT_ONCE = 0.5
 
@@ -131,7 +128,9 @@ class DoubtfulPart:
 
 
 def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
-    """Return the parts of a capacity curve that may depend on its steps: rises, jumps, sudden rocking, missed work.
+    """Return the parts of a capacity curve that may depend on its steps or its control point.
+
+    They are rises, ways back, jumps, sudden rocking and missed work.
 
     A jump, over one step or two, continues neither the curve before nor the curve after it; a kink is no jump. Jumps
     from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or slack appear in its
@@ -143,7 +142,7 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
     d, alpha, missed = (curve[name].to_numpy() for name in ("displacement", "load_factor", "energy_error"))
     doubts = [] if is_reaction or len(d) < 3 or not alpha[0] else _changes(curve)
     worst = int(missed.argmax())
-    if missed[worst] > MISSED:
+    if missed[worst] > EFFECT:
         doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
     return [
         DoubtfulPart(
@@ -163,6 +162,9 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
     d, alpha, friction = (curve[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
     top = int(alpha.argmax())
     doubts = [(CurveDoubt.RISES, 0, top)] if alpha[top] - alpha[0] > RISES * abs(alpha[0]) else []
+    furthest = int(np.abs(d).argmax())
+    if abs(d[furthest]) - abs(d[-1]) > RISES * abs(d[furthest]):
+        doubts.append((CurveDoubt.GOES_BACK, furthest, len(d) - 1))
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     of_ties = _of_ties(curve)
     # Rounding may put a state in the middle of a jump.
@@ -177,7 +179,7 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
     ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= MOSTLY * friction[:-2])
     length = np.diff(way)
     shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)
-    long = np.flatnonzero(ends & ~of_ties[:-1] & (shifted > SHIFTED * abs(alpha[0])))
+    long = np.flatnonzero(ends & ~of_ties[:-1] & (shifted > EFFECT * abs(alpha[0])))
     if len(long):
         k = int(long[shifted[long].argmax()])
         rocks = friction[k + 1] <= SLIDES * abs(alpha[0])

@@ -500,7 +500,7 @@ class CaseResult:
 
     @property
     def missing_curve(self) -> str:
-        """Why a case with a collapse state has no curve, though it has one to find; otherwise empty."""
+        """Why a pushover or settlement with a collapse state has no curve; empty with a curve and for other cases."""
         return self.curve_ended if self.capacity is None else ""
 
     @property
@@ -542,7 +542,7 @@ class CaseResult:
 
     @property
     def wanted_effects(self) -> tuple[str, ...]:
-        """Facts of the outcome that state the effect of a note.
+        """Names of the outcome's facts that the notes ask for: what the load factor would be without their cause.
 
         They are ``uniform_torsion``, ``biaxial_crushing`` and ``other_procedure``.
         """

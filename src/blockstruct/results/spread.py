@@ -68,7 +68,7 @@ class Spread:
 
     @property
     def relied_on(self) -> CaseResult:
-        """The run to rely on: of the loading paths, the lowest if its load factor has other digits, else the given."""
+        """Run to rely on: the settled loading path of lowest load factor, or the given run if both print alike."""
         paths = [run for run in self._settled if run.outcome.procedure is Procedure.LOADING_PATH]
         low = min(paths, key=lambda run: run.load_factor, default=self.given)
         given = self.given

@@ -24,7 +24,7 @@ RECENT, HALVINGS = 4, 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
 #: Largest errors of a solution by splitting: unbalanced wrench, in dead wrenches, and error of relative displacements,
-#: relative to themselves.
+#: relative to themselves, both in units of the problem and as lengths.
 UNBALANCED, INCOMPATIBLE = 1e-2, 3e-3
 #: Iterations in which the errors must halve while they are too large, and when they are not.
 PATIENCE, BRIEF = 150, 100
@@ -202,6 +202,7 @@ class _Springs:
         self._step, self._B, self._BT, self._points = step, newton.B, newton.BT, 3 * problem.n_points
         self._friction, self._w_D, self._w_L = problem.friction, problem.w_D, problem.w_L
         self._elastic, self._unmoved = newton.stiffness, newton.unmoved
+        self._unit = 1 / np.sqrt(step.compliance * newton.stiffness)
         self._force = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))])
         self._moved = newton.BT @ motion
         self._limit = self._friction * np.maximum(step.force[:, 0], 0.0)
@@ -253,7 +254,10 @@ class _Springs:
     def residual(self) -> float:
         w = self._w_D + self._alpha * self._w_L - self._step.inertia @ self._u
         unbalanced = float(np.abs(self._B @ self._within_friction() + w).max())
-        incompatible = norm(self._missed / self._stiffness) / max(norm(self._moved), 1e-300)
+        missed, moved = self._missed / self._stiffness, self._moved
+        # Units follow the weights of blocks: without lengths, contacts of small blocks would hardly count.
+        in_units, in_lengths = (norm(missed / k) / max(norm(moved / k), 1e-300) for k in (1.0, self._unit))
+        incompatible = max(in_units, in_lengths)
         self._errors = unbalanced / UNBALANCED, incompatible / INCOMPATIBLE
         return max(self._errors)
 

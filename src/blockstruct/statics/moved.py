@@ -32,7 +32,7 @@ class Placement:
     rotation : (B, 3, 3) array
         Rotations from the orientation in the model.
     given : (B, 3) array or None
-        Rotation vectors of which the rotations are made, rad. From the rotations they follow only to rounding.
+        Rotation vectors that the rotations were made from, rad; the rotations give them back only to rounding.
     """
 
     position: Array
@@ -193,7 +193,7 @@ class MovingStructure:
     def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array, Array]:
         """Return the contact points at a placement with gaps up to ``reach``, m, their gaps (K,), m, and levels (K,).
 
-        A level is as in :class:`Touching`.
+        The level is 1 at a vertex of the plus block, 0 at a vertex of the minus block, and ½ where edges cross.
         """
         found = self._bodies.touching(placement.position, placement.rotation, reach, self.statics.length)
         return self._points(found, placement.rotation), found.gap, found.level

@@ -431,6 +431,9 @@ def doubtful_part(
         case CurveDoubt.LEAPS:
             why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
             return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+        case CurveDoubt.GOES_BACK:
+            why = "its displacement does not measure the motion there, so follow another point"
+            return f"the control point goes back from {before} to {after}: {why}"
         case CurveDoubt.MISSES_WORK:
             work = f"{missed:.1%} of all work is missed in the step from a displacement of {before}"
             return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
