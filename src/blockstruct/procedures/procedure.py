@@ -66,18 +66,24 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """Run the procedure with an upper limit from the case without crushing.
+    """Run the procedure, and the case without crushing.
 
     Crushing never raises the associative load factor. Without dilatancy there are several collapse states, and joints
-    that settle as they crush lean one wall on another.
+    that settle as they crush lean one wall on another. If crushing raises the load factor, the case ends with the
+    state without crushing, which has the load factor that counts.
     """
     outcome = yield from _solve(problem, flow, settings, solver)
     if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
-    without = conclude(_solve(problem.without_crushing, flow, settings, solver, is_guard=True)).load_factor
+    states: list[Iteration] = []
+    guard = _solve(problem.without_crushing, flow, settings, solver, is_guard=True)
+    limit = conclude(guard, states.append)
+    without = limit.load_factor
     if not outcome.load_factor - without > ALIKE * abs(without):
         return outcome
-    return replace(outcome, load_factor=without, settled=False, peak=np.nan, without_crushing=without)
+    yield replace(states[-1], linearised_at=None)
+    outcome = replace(outcome, load_factor=without, settled=False, without_crushing=without)
+    return replace(outcome, procedure=limit.procedure, peak=limit.peak)
 
 
 def _solve(

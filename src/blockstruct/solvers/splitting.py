@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
 from blockstruct.solvers.interior_point.cones import ConeVector
@@ -22,9 +22,6 @@ LEAST_FORCE = 0.05
 FOLLOWS = 0.1
 #: Over-relaxation of forces (Boyd et al., section 3.4.3).
 RELAXED = 1.5
-#: Matrix entries below this share of the diagonal count as rounding. Measured on walls pushed in their plane: rounding
-#: is up to 1e-10 of the diagonal, and no entries lie between that and 1e-8.
-NOISE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,7 +353,8 @@ def factorised(M: sp.coo_array) -> Callable[[Array], Array]:
     """
     scale = np.sqrt(M.diagonal())
     i, j = M.coords
-    kept = np.abs(M.data) > NOISE * scale[i] * scale[j]
+    # On walls pushed in their plane, rounding is up to 1e-10 of the diagonal, and no entries lie between that and 1e-8.
+    kept = np.abs(M.data) > ROUNDING * scale[i] * scale[j]
     matrix = sp.csc_matrix((M.data[kept], (i[kept], j[kept])), shape=M.shape)
     lu = sp.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
     return lambda b: np.asarray(lu.solve(b), dtype=float)
