@@ -315,6 +315,7 @@ class Way(StrEnum):
     WITHOUT_SMALL = "without bodies that move far less"
     OTHER_MOTION = "another motion"
     LOWER_END = "lower end of the range"
+    UPPER_END = "upper end of the range"
     UNIFORM_TORSION = "torsion of uniform pressure"
     BIAXIAL = "crushing about both axes"
     OTHER_PROCEDURE = "another procedure"

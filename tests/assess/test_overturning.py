@@ -203,8 +203,10 @@ def test_an_edge_over_an_opening_crushes_over_its_piers_alone():
         return bs.assess.overturning(model, case(), names, edge, compressive_strength=strength)
 
     assert (of(5.0).setback, of(2.5).setback) == pytest.approx((0.027, 0.054))
-    assert of(5.0).notes == (assessment.edge_is_long(5.0, 2.5),)
+    assert of(5.0).notes == (assessment.edge_is_long(5.0, 2.5, of(5.0).alpha0, of(2.5).alpha0),)
     assert of(2.5).notes == of(5.0, None).notes == ()
+    # The remedy of the note.
+    assert of(5.0, "0.5 MPa").alpha0 == pytest.approx(of(2.5).alpha0)
     assert run(model).load_factor == pytest.approx(of(2.5).alpha0, rel=1e-6)
 
 

@@ -86,7 +86,9 @@ def test_a_ratio_that_a_note_relies_on_decides(stem):
     assert (check.ratio, check.satisfied) == (pytest.approx(0.95, rel=1e-5), False)
     if d[1] <= 0.02:
         return
-    assert check.verdict.range == pytest.approx((0.95, 0.95 / share(W, d)), rel=1e-5)
+    # At one load factor the motion of the least ratio counts; the other way is printed.
+    assert check.verdict.range == pytest.approx((0.95, 0.95), rel=1e-5)
+    assert check.verdict.ways[-1].state.ratio == pytest.approx(0.95 / share(W, d), rel=1e-5)
     assert check.verdict.governing.way is bs.assess.Way.WITHOUT_SMALL
     # Damage begins with the same motion.
     assert check.limit_states["SLD"].capacity == pytest.approx(alpha0 / 1.35 * 9.80665, rel=1e-5)

@@ -76,7 +76,7 @@ NOTES = [
     a.unit_size(0.6, 0.8995),
     a.hand_is_higher(4.0),
     a.hand_is_lower(0.0784, 0.1),
-    a.edge_is_long(5.0, 2.5),
+    a.edge_is_long(5.0, 2.5, 0.1, 0.09),
     a.edge_overhangs(),
     a.edge_is_high(1.0, "façade", 2),
 ]

@@ -15,7 +15,8 @@ each with the λ of the motion before, never raise the product ``f q``. They end
 
 The number of bodies decides e*, too: two bodies that nearly turn as one have e* = 0.8 where one body has 1. So the two
 bodies that move apart least are joined to a rigid one, and the programs are repeated. Bodies stay apart if α(u) alone
-would exceed the least acceleration so far, and no further body that is joined makes α(u) less. A joint that is closed
+would exceed the least acceleration so far. No further body that is joined makes α(u) less, so the search ends once α(u)
+is within ``_GAIN`` of that acceleration. A joint that is closed
 costs work, which α(u) counts. The least acceleration therefore does not jump where a joint opens by more or less than a
 tolerance.
 """
@@ -44,6 +45,9 @@ from blockstruct.vocabulary import SolverStatus
 
 #: Accuracy of the programs.
 _ACCURATE = 1e-8
+#: Share of the least acceleration that joining further bodies must be able to save. Without it, a house of 289 blocks
+#: takes 56 programs instead of 18.
+_GAIN = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +95,8 @@ def least_activation(
     """
     alpha0 = result.load_factor * forces.share
     best = Activation(alpha0, counted.e_star, len(counted.names))
-    # No motion has more than e* = 1. A load factor without its own history has no forces to use.
-    if best.e_star > 1 - ACCURACY or not alpha0 > 0 or np.isfinite(result.outcome.without_crushing):
+    # No motion has more than e* = 1.
+    if best.e_star > 1 - ACCURACY or not alpha0 > 0:
         return best
     search, weight = _Search.of(result, forces, bodies, counted), best.alpha * best.e_star
     found = search.least(weight, best.acceleration)
@@ -101,6 +105,8 @@ def least_activation(
             motion = np.zeros((len(result.model.blocks), 6))
             motion[search.blocks] = found.motion
             best, weight = Activation(found.alpha, 1 / found.q, search.count, motion), found.weight
+        if found.alpha > (1 - _GAIN) * best.acceleration:
+            break
         nearest, found = search.nearest(found.motion), None
         for pair in nearest:
             joined_to = search.joining(pair)
@@ -173,7 +179,7 @@ class _Search:
     ) -> Self:
         model, last = result.model, result.history.isel(iteration=-1)
         statics = Statics.of(model, division_of(model, result.settings.crushing_cells, result.history))
-        whole = LimitProblem.of(statics, result.case)
+        whole = result.final_problem(statics)
         n = last["contact_force"].transpose("contact_point", "component").to_numpy()[:, 0] / whole.force_unit
         moves = {name for body in bodies for name in body.blocks}
         moving = np.array([model.blocks[i].name in moves for i in statics.free])

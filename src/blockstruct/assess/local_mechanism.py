@@ -143,13 +143,17 @@ def local_mechanism(  # noqa: PLR0913
 
 def _unsettled(spread: Spread, found: CaseResult, ratio: float) -> list[Note]:
     """Return the note on the lowest unsettled path of a spread that ended lower than the run with a ratio."""
-    paths = [run for run in spread.runs.values() if run.outcome.procedure is Procedure.LOADING_PATH]
-    lower = [run for run in paths if run.drifts and run.load_factor < found.load_factor]
-    if not lower:
+    ends = {}
+    for run in spread.runs.values():
+        if run.drifts and run.outcome.procedure is Procedure.LOADING_PATH:
+            ends[run.schedule] = run.load_factor
+        elif run.status is Status.NOT_CONVERGED and run.outcome.drift is not None:
+            ends[run.schedule] = run.outcome.drift[0]
+    if not ends or min(ends.values()) > (1 - EFFECT) * found.load_factor:
         return []
-    low = min(lower, key=lambda run: run.load_factor)
-    number = low.answer.text(low.load_factor)
-    return [assessment.run_unsettled(low.schedule, number, ratio * low.load_factor / found.load_factor)]
+    low = min(ends, key=ends.__getitem__)
+    number = found.answer.text(ends[low])
+    return [assessment.run_unsettled(low, number, ratio * ends[low] / found.load_factor)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -315,6 +319,9 @@ class _Request:
         if head.answer.text(head.lowest) != head.number and (one := state(low * a0)):
             ways.append(WayOfChecking(Way.LOWER_END, low * alpha, e_star, one, motion, low))
             notes.insert(0, assessment.range_of_load_factor(head.range))
+        high = head.highest / head.load_factor
+        if head.answer.text(head.highest) != head.number and (one := state(high * a0)):
+            ways.append(WayOfChecking(Way.UPPER_END, high * alpha, e_star, one, motion, high))
         # The notes of the case state the effect of these remedies on its load factor.
         outcome = found.outcome
         remedies = {
@@ -324,7 +331,7 @@ class _Request:
         }
         for way, load_factor in remedies.items():
             low = load_factor / found.load_factor
-            if low < 1 - EFFECT and (one := state(low * a0)):
+            if abs(low - 1) > EFFECT and (one := state(low * a0)):
                 is_estimate = outcome.estimated and way is not Way.OTHER_PROCEDURE
                 ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low, is_estimate))
         return ways, notes

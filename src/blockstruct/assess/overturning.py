@@ -1,7 +1,7 @@
 """Linear kinematic analysis by hand: a named group of blocks turns about a named edge."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -122,8 +122,8 @@ def overturning(
         msg = f"{_WHO}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
         raise ModelError(msg)
     names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{_WHO}: blocks")
-    turning = _free_blocks(model, names)
-    ends = _ends_of(edge, turning)
+    bodies = _free_blocks(model, names)
+    ends = _ends_of(edge, bodies)
     f_c = np.inf
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{_WHO}: compressive strength")
@@ -147,14 +147,23 @@ def overturning(
         raise ModelError(msg)
     inward = np.cross(axis, [0.0, 0.0, 1.0])
     inward *= 0.0 if is_upright else np.sign(inward @ (G - middle)) / np.linalg.norm(inward)
-    # The hinge decides which ties the rotation slackens, and the ties decide where the hinge is.
-    per_length, N = 2 * f_c * length, 0.0
-    for _ in range(1 + _PASSES):
-        setback = N / per_length
-        hinge = middle + setback * inward
-        pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
-        N = _pressed(down, pulls)
-    alone = down / per_length
+
+    def turning(crushed: float) -> tuple[RigidRotation, float, float]:
+        """Return the rotation about the hinge, its setback and the force on it, with a length that crushes.
+
+        The hinge decides which ties the rotation slackens, and the ties decide where the hinge is.
+        """
+        N = 0.0
+        for _ in range(1 + _PASSES):
+            setback = N / (2 * f_c * crushed)
+            hinge = middle + setback * inward
+            pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
+            N = _pressed(down, pulls)
+        return RigidRotation.of(model, case, members, hinge, axis, pulls), setback, N
+
+    rotation, setback, N = turning(length)
+    pulls = rotation.ties
+    alone = down / (2 * f_c * length)
     lines = _standing_on(model, set(names))
     if np.isfinite(f_c):
         lines.append(
@@ -165,7 +174,6 @@ def overturning(
                 "rectangular stress block; C8.7.1.2.1.1",
             )
         )
-    rotation = RigidRotation.of(model, case, members, hinge, axis, pulls)
     lines += [
         Line(
             f"tie {pull.name}",
@@ -223,7 +231,11 @@ def overturning(
         )
     loads = rotation.dead.force + rotation.load_factor(0.0) * rotation.variable.force
     pressing = loads + sum((pull.force * pull.direction for pull in pulls), np.zeros(3))
-    notes = _notes_of_joints(model, turning, ends, pressing, crushes=bool(np.isfinite(f_c)))
+
+    def alpha_of(crushed: float) -> float:
+        return turning(crushed)[0].load_factor(0.0) * forces.share
+
+    notes = _notes_of_joints(model, bodies, ends, pressing, alpha0, alpha_of)
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines), notes)
 
 
@@ -305,24 +317,31 @@ def _standing_on(model: Model, names: set[str]) -> list[Line]:
 
 
 def _notes_of_joints(
-    model: Model, turning: Sequence[Block], ends: Array, pressing: Array, *, crushes: bool
+    model: Model,
+    bodies: Sequence[Block],
+    ends: Array,
+    pressing: Array,
+    alpha0: float,
+    alpha_of: Callable[[float], float],
 ) -> tuple[Note, ...]:
-    """Return the note on an edge without a joint that takes the force on it, or with shorter joints."""
+    """Return the note on an edge without a joint that takes the force on it, or with shorter joints that crush.
+
+    ``alpha_of`` gives α0 with another length that crushes, m.
+    """
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis = (ends[1] - ends[0]) / length
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
     if np.linalg.norm(up) < NEGLIGIBLE:
         return ()
     up /= np.linalg.norm(up)
-    corners = np.concatenate([b.shape.vertices for b in turning])
+    corners = np.concatenate([b.shape.vertices for b in bodies])
     near = _AT_JOINT * float(np.ptp(corners, axis=0).max())
-    below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in turning}
+    below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in bodies}
     joints = _joints_at(model, set(below), ends[0], axis, pressing, near)
     if any(begin <= length + near and end >= -near for begin, end in joints):
         total = _length_of(joints)
-        if not crushes or length <= (1 + EFFECT) * total:
-            return ()
-        return (assessment.edge_is_long(length, total),)
+        less = alpha_of(total) if 0 < total < length / (1 + EFFECT) else alpha0
+        return (assessment.edge_is_long(length, total, alpha0, less),) if less < (1 - EFFECT) * alpha0 else ()
     furthest = max(below, key=below.__getitem__)
     if below[furthest] <= near:
         return (assessment.edge_overhangs(),)

@@ -95,8 +95,14 @@ class Verdict:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Lowest and highest ratio."""
-        return self.ratio, self.ways[-1].state.ratio
+        """Lowest and highest ratio over the load factors, each with the motion that needs the least acceleration."""
+        least = {way.load_factor: way.state.ratio for way in reversed(self.ways)}
+        return self.ratio, max(least.values())
+
+    @property
+    def alphas(self) -> tuple[float, float]:
+        """Lowest and highest multiplier of all ways."""
+        return min(way.alpha for way in self.ways), max(way.alpha for way in self.ways)
 
     @property
     def ag(self) -> float:
@@ -125,13 +131,12 @@ class Verdict:
 
     @property
     def figures(self) -> str:
-        """Clause on the motion that governs: its multiplier, its e* and the other ratios."""
-        highest = self.range[1]
+        """Clause on the motion that governs: its multiplier, its e* and the range of the ratio."""
         return assessment.governing_way(
             self.governing.way,
             self.governing.alpha,
             self.governing.e_star,
-            highest=highest if highest > (1 + ACCURACY) * self.ratio else None,
+            ends=self.range,
             floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - ACCURACY) * self.ratio else None,
             is_estimate=self.governing.is_estimate,
         )

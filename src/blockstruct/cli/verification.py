@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -101,17 +102,20 @@ def _building(
 ) -> None:
     """Run and check a model document in several directions, and write its report."""
     document = bs.read_document(file)
-    building = bs.assess.building(
-        document.model,
-        document.cases[0].dead,
-        demand,
-        store=store,
-        directions=directions or bs.assess.DIRECTIONS,
-        confidence_factor=factor,
-        knowledge_level=level,
-        method=method or _LINEAR,
-        settings=bs.ProcedureSettings.of(document.settings),
-    )
+    with warnings.catch_warnings():
+        # The text of a building contains the warnings of the governing direction only.
+        warnings.simplefilter("always", bs.errors.LoadFactorWarning)
+        building = bs.assess.building(
+            document.model,
+            document.cases[0].dead,
+            demand,
+            store=store,
+            directions=directions or bs.assess.DIRECTIONS,
+            confidence_factor=factor,
+            knowledge_level=level,
+            method=method or _LINEAR,
+            settings=bs.ProcedureSettings.of(document.settings),
+        )
     say(str(building))
     if output is not None:
         say(f"written: {building.report(output)}")

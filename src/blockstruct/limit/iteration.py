@@ -150,7 +150,7 @@ class Outcome:
         Largest load ratio of two touching blocks, if too large for the solver; NaN otherwise.
     without_crushing : float
         Load factor of the same case without crushing; NaN as a rule. It is set if crushing raised the load factor by
-        more than the accuracy of the procedure. ``load_factor`` is then this value.
+        more than the accuracy of the procedure. ``load_factor`` and the last iteration are then without crushing.
     collapse_time : float
         Time of a record at which a block has fallen, s; NaN if none has.
     uniform_torsion, biaxial_crushing : float

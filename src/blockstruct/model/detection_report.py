@@ -219,6 +219,14 @@ class DetectionReport(ModelObject):
             half, most = (f"{1.01 * gap:.3g} m" for gap in np.quantile([abs(c.gap) for c in apart], (0.5, 1.0)))
             taken = f"a gap tolerance of {half} would take half of them, {most} all"
             hints.append((len(apart), f"{len(apart)} of {len(rejected)} rejected by gap or penetration: {taken}"))
+        known = {(c.minus, c.plus) for c in rejected}
+        if open_joints := [pair for pair in self.close if pair[2] > self.tolerances.gap and pair[:2] not in known]:
+            wide = 1.01 * max(distance for *_, distance in open_joints)
+            taken = (
+                "without contact pass no force, so neither block holds the other: the load factor is of open joints. A "
+                f"gap tolerance of {wide:.3g} m would close them where faces are parallel; compare both load factors"
+            )
+            hints.append((0, f"{counted(len(open_joints), 'pair')} {taken}"))
         return tuple(text for _, text in sorted(hints, reverse=True))
 
     def listing(self) -> list[tuple[str, list[str]]]:
@@ -238,7 +246,7 @@ class DetectionReport(ModelObject):
             "overlap": [f"{a} | {b}: {_length(depth)} deep" for a, b, depth in self.overlaps],
             "face not plane": [f"{b}, face {f}: {_length(off)} off its plane" for b, f, off in self.nonplanar_faces],
             "floating block": [b for b in self.floating if b not in untouched],
-            "close without contact": [f"{a} | {b}: {_length(distance)} apart" for a, b, distance in apart],
+            "close without contact": [f"{a} | {b}: {_length(distance)} apart, no force" for a, b, distance in apart],
         }
         return [(kind, texts) for kind, texts in kinds.items() if texts]
 

@@ -29,10 +29,6 @@ if TYPE_CHECKING:
     from blockstruct.procedures.path import Path
 
 
-#: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
-ALIKE = 5e-3
-
-
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
     """Solve a limit case, program by program.
 
@@ -66,18 +62,28 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 
 
 def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """Run the procedure with an upper limit from the case without crushing.
+    """Run the procedure, and the case without crushing.
 
     Crushing never raises the associative load factor. Without dilatancy there are several collapse states, and joints
-    that settle as they crush lean one wall on another.
+    that settle as they crush lean one wall on another. If crushing raises the load factor, the case ends with the
+    state without crushing, which has the load factor that counts.
     """
     outcome = yield from _solve(problem, flow, settings, solver)
     if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
-    without = conclude(_solve(problem.without_crushing, flow, settings, solver, is_guard=True)).load_factor
-    if not outcome.load_factor - without > ALIKE * abs(without):
+    # Loaded here: its linear algebra is slow to import.
+    from blockstruct.procedures.path import SETTLED
+
+    states: list[Iteration] = []
+    guard = _solve(problem.without_crushing, flow, settings, solver, is_guard=True)
+    limit = conclude(guard, states.append)
+    without = limit.load_factor
+    # Two runs of one structure differ by as much as the range in which a path has settled.
+    if not outcome.load_factor - without > SETTLED * abs(without):
         return outcome
-    return replace(outcome, load_factor=without, settled=False, peak=np.nan, without_crushing=without)
+    yield replace(states[-1], linearised_at=None)
+    outcome = replace(outcome, load_factor=without, settled=False, without_crushing=without)
+    return replace(outcome, procedure=limit.procedure, peak=limit.peak)
 
 
 def _solve(
@@ -163,7 +169,7 @@ def load_factor_at(displacement: float, problem: LimitProblem, bound: float, set
     problem, settings
         The limit problem and the steps of the path.
     bound
-        Load factor with associative flow, or that of a similar problem; infinite without one. It scales the first
+        Load factor with associative flow, or of a similar problem; infinite without one. It scales the first
         guess.
 
     Returns

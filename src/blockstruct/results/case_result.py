@@ -12,7 +12,7 @@ import xarray as xr
 from blockstruct import text as texts
 from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, shown
-from blockstruct.limit import Certificate, Outcome
+from blockstruct.limit import Certificate, LimitProblem, Outcome
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
@@ -32,6 +32,7 @@ from blockstruct.results.interfaces import (
 )
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
+from blockstruct.statics import Statics
 from blockstruct.text import LOAD_FACTOR, Answer, Note, NoteCode, Severity
 from blockstruct.vocabulary import ContactState, Flow, Stage, Status
 
@@ -83,6 +84,11 @@ class Headline:
     def lowest(self) -> float:
         """Load factor, or the lowest of the loading paths if that is lower."""
         return self.load_factor if self.path_range is None else min(self.load_factor, self.path_range[0])
+
+    @property
+    def highest(self) -> float:
+        """Load factor, or the highest of the loading paths if that is higher."""
+        return self.load_factor if self.path_range is None else max(self.load_factor, self.path_range[1])
 
     @property
     def number(self) -> str:
@@ -542,7 +548,7 @@ class CaseResult:
 
     @property
     def wanted_effects(self) -> tuple[str, ...]:
-        """Names of the outcome's facts that the notes ask for: what the load factor would be without their cause.
+        """Names of the outcome's facts that the notes ask for: load factors without the cause of a note.
 
         They are ``uniform_torsion``, ``biaxial_crushing`` and ``other_procedure``.
         """
@@ -595,6 +601,12 @@ class CaseResult:
     def _effect(self, code: NoteCode, changed: float) -> Note | None:
         """Return the note on a changed load factor."""
         return texts.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
+
+    def final_problem(self, statics: Statics) -> LimitProblem:
+        """Return the limit problem of the last iteration: without crushing, if crushing raised the load factor."""
+        problem = LimitProblem.of(statics, self.case)
+        is_raised = self.outcome.without_crushing == float(self.history["load_factor"][-1])
+        return problem.without_crushing if is_raised else problem
 
     @property
     def admissible_state(self) -> AdmissibleState | None:

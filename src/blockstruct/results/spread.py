@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from blockstruct.errors import made_again
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult, Headline
@@ -68,16 +70,22 @@ class Spread:
 
     @property
     def relied_on(self) -> CaseResult:
-        """Run to rely on: the settled loading path of lowest load factor, or the given run if both print alike."""
+        """Run to rely on: the settled loading path of lowest load factor, or the given run if both print alike.
+
+        It has the range of the loading paths.
+        """
         paths = [run for run in self._settled if run.outcome.procedure is Procedure.LOADING_PATH]
         low = min(paths, key=lambda run: run.load_factor, default=self.given)
         given = self.given
-        lower = given.settled and low.load_factor < given.load_factor
-        return low if lower and given.answer.text(low.load_factor) != given.headline.number else given
+        lower = given in self._settled and low.load_factor < given.load_factor
+        if not lower or given.answer.text(low.load_factor) == given.headline.number:
+            return given
+        return low.changed(path_dependence=self.path_dependence)
 
     @property
     def _settled(self) -> list[CaseResult]:
-        return [run for run in self.runs.values() if run.settled]
+        # A load factor that crushing raised counts as the one without crushing.
+        return [run for run in self.runs.values() if run.settled or np.isfinite(run.outcome.without_crushing)]
 
     @property
     def path_dependence(self) -> tuple[float, float] | None:

@@ -43,12 +43,12 @@ class _State:
     alpha: float
 
     @classmethod
-    def of(cls, statics: Statics, problem: LimitProblem, result: CaseResult) -> Self:
+    def of(cls, statics: Statics, result: CaseResult) -> Self:
         """Return the state of SI forces and velocities.
 
         Under dead load alone, the load factor is the carried share.
         """
-        last = result.history.isel(iteration=[-1])
+        problem, last = result.final_problem(statics), result.history.isel(iteration=[-1])
         x, T = (forces[0] for forces in forces_in(problem, last))
         alpha, stage = float(last["load_factor"][0]), Stage(last["stage"].to_numpy()[0])
         if stage.is_of_dead_load:
@@ -80,7 +80,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
         return None
     division = division_of(analysis.model, result.settings.crushing_cells, result.history)
     statics = Statics.of(analysis.model, division)
-    proof = _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
+    proof = _State.of(statics, result).certificate(result.settings)
     return proof if proof.is_of_a_state else None
 
 
@@ -135,7 +135,7 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
         # An interrupted case makes no claim.
         return
-    state = _State.of(statics, problem, result)
+    state = _State.of(statics, result)
     again = state.certificate(result.settings)
     stored = result.certificate
     if stored is None:
@@ -172,6 +172,7 @@ def _status(result: CaseResult) -> Iterator[str]:
         if not (np.isfinite(alpha) and (signed or alpha >= 0)):
             yield f"converged, but its load factor is {alpha:.6g}"
         within = result.certificate.flow_rule_gap_limit if result.certificate else 0.0
+        # Of earlier versions, whose last iteration is the state with crushing.
         limited = alpha == result.outcome.without_crushing < last
         if not (alpha == last or limited or (alpha == 0 and abs(last) <= within and not signed)):
             yield f"the load factor is {alpha:.6g}, in the last iteration {last:.6g}"
@@ -280,8 +281,6 @@ def _same(one: float, other: float, scale: float) -> bool:
     return abs(one - other) <= max(ACCURACY * abs(other), 1e-2 * scale, 1e-9)
 
 
-#: Displacement of the first state that is elastic in any curve, relative to the mean block size.
-ELASTIC = 1e-3
 #: Difference of the work of the variable load in a second from 1 J that rounding makes.
 AT_ONE_WATT = 1e-5
 #: Values that follow from the others of a state, and whether they are lengths.
@@ -347,7 +346,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     size, at = moving.statics.length, Placement.at(state.position, state.rotation)
     # The first steps double, so blocks have not gone further than twice the next step.
     furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
-    led, most = Placement.of(moving.statics.model), max(ELASTIC * size, 2 * furthest)
+    led, most = Placement.of(moving.statics.model), max(ACCURACY * size, 2 * furthest)
     if before is not None:
         most = NEGLIGIBLE * size
         led = Placement.at(before.position, before.rotation).moved(before.twist * before.motion_time)

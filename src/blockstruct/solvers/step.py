@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.ties import Ties
@@ -13,14 +13,10 @@ from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
 
-#: Residual of equilibrium of a solution by Newton's method, in dead wrenches.
-SOLVED = 1e-9
-#: Share of its limit from which friction slid in the step before.
-SLIDES = 1e-6
 #: Most Newton iterations, and the largest residual, in dead wrenches: that of an overlap by about a block.
 ITERATIONS, LARGEST = 8, 1e6
-#: Earlier residuals of which the largest must not be exceeded, and halvings of a step to get there.
-RECENT, HALVINGS = 4, 4
+#: Earlier residuals of which the largest must not be exceeded; as many halvings of a step are tried.
+RECENT = 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
 #: Largest errors of a solution by splitting: unbalanced wrench, in dead wrenches, and error of relative displacements,
@@ -43,7 +39,7 @@ class StepProblem:
 
     A contact is elastic. Its normal force follows from the overlap at the end of the step, ``n = −(g + Δu_n) / C ≥ 0``.
     A cell that crushes bears at most its strength.
-    Its friction force changes by the slip of the step, ``−Δu_t / C``, and then moves back to the disc ``μ n``. There is
+    The friction force changes by the slip of the step, ``−Δu_t / C``, and then moves back to the disc ``μ n``. There is
     no dilatancy. A tie pulls by its elongation at the end of the step divided by C, at most by its capacity.
 
     Attributes
@@ -209,6 +205,8 @@ class _Springs:
         self._strength = problem.compression
         self._elastic, self._unmoved = newton.stiffness, newton.unmoved
         self._unit = 1 / np.sqrt(step.compliance * newton.stiffness)
+        # Friction has the compliance of all contacts, normal forces may have another one.
+        self._unit[: self._points : 3] = self._unit[1 : self._points : 3]
         self._force = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))])
         self._moved = newton.BT @ motion
         self._limit = self._friction * np.maximum(step.force[:, 0], 0.0)
@@ -341,7 +339,8 @@ class _Newton:
         closed = before[:, 0] > 0
         if not closed.any():
             return motion, step.load_factor
-        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < (1 - SLIDES) * step.problem.friction * before[:, 0])
+        limit = (1 - NEGLIGIBLE) * step.problem.friction * before[:, 0]
+        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < limit)
         x[:, 0] = np.where(closed, before[:, 0], np.minimum(x[:, 0], 0.0))
         x[sticks, 1:] = before[sticks, 1:]
         kept, slope = self._limited(like)
@@ -355,7 +354,7 @@ class _Newton:
         recent = [LARGEST]
         for _ in range(ITERATIONS):
             more, rise = self._direction(u, alpha, kept, slope)
-            for halving in range(HALVINGS + 1):
+            for halving in range(RECENT + 1):
                 at = u + 0.5**halving * more, alpha + 0.5**halving * rise
                 kept, slope = self._limited(self._trial(at[0]))
                 missed = self._missed(*at, kept)
@@ -366,7 +365,7 @@ class _Newton:
                 return None
             u, alpha = at
             recent.append(size)
-            if np.abs(missed).max() <= SOLVED:
+            if np.abs(missed).max() <= ROUNDING:
                 x, T = kept[: 3 * self._K].reshape(-1, 3), kept[3 * self._K :]
                 return StepSolution(x, T, u, float(alpha), self.iterations)
         return None

@@ -67,7 +67,13 @@ def open_warnings(count: int) -> str:
 
 
 def governing_way(
-    way: Way, alpha: float, e_star: float, *, highest: float | None, floor: float | None, is_estimate: bool = False
+    way: Way,
+    alpha: float,
+    e_star: float,
+    *,
+    ends: tuple[float, float],
+    floor: float | None,
+    is_estimate: bool = False,
 ) -> str:
     """Return the sentences on the way that governs a check.
 
@@ -75,16 +81,19 @@ def governing_way(
     ----------
     way, alpha, e_star
         The way, its multiplier and its e*.
-    highest, floor
-        Highest ratio of the other ways, and ratio with e* = 1; None if they are no different.
+    ends
+        Lowest and highest ratio over the load factors.
+    floor
+        Ratio with e* = 1; None if it is no different.
     is_estimate
         Whether the first steps of a loading path give the multiplier.
     """
-    texts = []
-    if highest is not None:
+    texts, (low, high) = [], [ratio_text(end) for end in ends]
+    if way is not Way.COLLAPSE:
         kind = "an estimate for" if is_estimate else "of"
         texts.append(f"It is {kind} {_WAYS[way]}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
-        texts.append(f"Other ways give up to {ratio_text(highest)}.")
+    if high != low:
+        texts.append(f"Other load factors, with the least motion of each, give up to {high}.")
     if floor is not None:
         texts.append(f"No motion has less than {ratio_text(floor)}, the ratio with e* = 1.")
     return " ".join(texts)
@@ -95,6 +104,7 @@ _WAYS = {
     Way.WITHOUT_SMALL: "the collapse mechanism without bodies that move far less",
     Way.OTHER_MOTION: "another motion than the collapse mechanism",
     Way.LOWER_END: "the lower end of the range of the load factor",
+    Way.UPPER_END: "the upper end of the range of the load factor",
     Way.UNIFORM_TORSION: "joints with the torsion of uniform pressure",
     Way.BIAXIAL: "crushing about both axes",
     Way.OTHER_PROCEDURE: "another procedure, as the load factor depends on self-stress",
@@ -133,7 +143,7 @@ def direction_unsettled(name: str, ratio: float, least: float, *, is_limit: bool
     is_limit
         Whether the load factor is the one without crushing, which crushing raised.
     """
-    why = "is without crushing, an upper limit" if is_limit else "has not settled"
+    why = "is without crushing, which raised it" if is_limit else "has not settled"
     text = (
         f"The load factor of “{name}” {why}: capacity / demand {ratio_text(ratio)}. It governs instead if the true one "
         f"is lower by more than {1 - least / ratio:.0%}. Rule that out before signing."
@@ -434,11 +444,12 @@ def hand_is_lower(by_hand: float, found: float) -> Note:
     return Note(NoteCode.HAND_IS_LOWER, Severity.WARNING, text)
 
 
-def edge_is_long(edge: float, joints: float) -> Note:
-    """Return the note on an edge, m, that is longer than the joints on its line."""
+def edge_is_long(edge: float, joints: float, alpha0: float, less: float) -> Note:
+    """Return the note on an edge, m, that is longer than the joints on its line, with α0 of both lengths."""
     text = (
-        f"The edge named by hand is {shown(edge, 'm')} long, but the joints on its line are {shown(joints, 'm')} long. "
-        "Only these crush, which sets the hinge back further than u. Give an edge of that length."
+        f"The edge named by hand is {shown(edge, 'm')} long, but the joints on its line are {shown(joints, 'm')} long, "
+        f"as at a door. Only these crush: the hinge is set back further than u, and α0 = {shown(less)}, "
+        f"{1 - less / alpha0:.0%} less. Give the compressive strength times {joints / edge:.3g}, with the same edge."
     )
     return _caution(NoteCode.EDGE_IS_LONG, text)
 

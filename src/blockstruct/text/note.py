@@ -228,9 +228,9 @@ _NOT_SETTLED = (
     "another {answer} may come first. Do not rely on it."
 )
 _RAISED = (
-    "With crushing the procedure ended at a higher {answer}, in another collapse state, which is the one shown. The "
-    "{answer} given is without crushing: an upper limit, as no strength raises it. Check the mechanism by hand, too, "
-    "with its pressed edge (bs.assess.overturning), and rely on the lower number."
+    "With crushing the procedure ended at a higher {answer}, in another collapse state. The {answer}, the forces and "
+    "the mechanism are without crushing. Check this mechanism by hand, too, with its pressed edge "
+    "(bs.assess.overturning), and rely on the lower number."
 )
 _STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
 

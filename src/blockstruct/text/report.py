@@ -117,6 +117,17 @@ def curve_sentence(case: str, clauses: Sequence[str], *, settles: bool) -> str:
     return f"{'Settlement' if settles else 'Pushover'} “{case}”: {'; '.join(clauses)}."
 
 
+def ends_of_ways(alphas: tuple[float, float]) -> str:
+    """Return the lowest and the highest multiplier of the ways to check; one if they are alike."""
+    return " to ".join(dict.fromkeys(shown(alpha) for alpha in alphas))
+
+
+def range_of_ways(alphas: tuple[float, float]) -> str:
+    """Return the clause on the multipliers of the ways to check; empty if they are alike."""
+    low, high = (shown(alpha) for alpha in alphas)
+    return f"{low} to {high} over steps, joint stiffness, motions and remedies" if low != high else ""
+
+
 MORE_BREAKS = "further tie breaks follow below"
 
 

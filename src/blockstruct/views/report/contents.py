@@ -18,8 +18,8 @@ from blockstruct.views.report import summary
 from blockstruct.views.selection import shown_results
 from blockstruct.vocabulary import counted
 
-#: Pictures of a case in the appendix, and their width and height, inches: three in a row.
-_DETAILS, _SMALL = ("forces", "domain", "convergence"), (3.4, 2.7)
+#: Pictures of a case in the appendix, and their width and height, inches: three in a row. Size of the compass.
+_DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence"), (3.4, 2.7), (2.9, 3.1)
 #: Loads of a pattern, and findings of the detection, that are listed.
 _LISTED = 12
 #: Sentences on masses that the first page of a report has room for.
@@ -57,7 +57,7 @@ def contents(
         "tags": list(analysis.tags),
         "parameters": parameter_texts(analysis),
         "directions": directions_text(analysis),
-        "overview": [summary.picture(d) for d in overview(analysis)],
+        "overview": [summary.picture(replace(d, size=_COMPASS)) for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³"), _source(m)) for m in model.materials.values()],
@@ -247,9 +247,8 @@ def _headline(
 ) -> dict[str, Any]:
     """Return the row of a case, with a picture of the mechanism that its check relies on."""
     head = r.headline
-    return _result(r) | {
+    return _result(r, checks) | {
         "range": head.range,
-        "ends": " to ".join(dict.fromkeys(head.answer.ends(head.path_range))) if head.path_range else "",
         "bound": head.bound and (head.answer.text(head.associative) if np.isfinite(head.associative) else "none"),
         "notes": _numbers(r, notes, checks),
         "checks": checks,
@@ -264,12 +263,13 @@ def _numbers(r: bs.CaseResult, notes: summary.Notes, checks: Sequence[Mapping[st
     return sorted({number for check in checks for number in check["notes"]})
 
 
-def _result(r: bs.CaseResult) -> dict[str, str]:
+def _result(r: bs.CaseResult, checks: Sequence[Mapping[str, Any]] = ()) -> dict[str, str]:
+    """Return the status of a case, and the number that its checks rely on."""
     return {
         "name": r.name,
         "flow": r.case.flow.value,
         "status": r.ended,
-        "number": r.headline.number,
+        "number": ", ".join(check["alpha"] for check in checks) or r.headline.number,
         "begins": summary.beginning_words(r),
     }
 
@@ -301,7 +301,7 @@ def _case(
     """Return the page of a case, with the mechanism drawn that its check relies on."""
     # A case without iterations has nothing to count or draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
-    return _result(r) | {
+    return _result(r, checks) | {
         "question": r.case.question,
         "answer": r.answer.name.capitalize(),
         "iterations": r.n_iterations,
@@ -379,6 +379,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
         rows.append(
             ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])
         )
+    rows += [("hint", [hint]) for hint in report.hints]
     return rows + [(kind, _listed(lines)) for kind, lines in report.listing()]
 
 

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.text import FEW, Note, NoteCode, Severity, report
+from blockstruct.text import FEW, Note, NoteCode, Severity, report, shown
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import moving_bodies
@@ -220,6 +220,8 @@ def verification(name: str, check: Check, notes: Notes) -> dict[str, Any]:
         "missed": not (check.satisfied or check.result.drifts),
         "ratio": verdict.state.ratio_text(),
         "state": check.relied_on,
+        "alpha": shown(verdict.governing.alpha),
+        "range": report.ends_of_ways(verdict.alphas),
         "e_star": f"{verdict.governing.e_star:.3g}",
         "a0_star": f"{check.acceleration:.4g} m/s²",
         "notes": notes.numbers(name, check.notes),
@@ -279,8 +281,14 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     figures = [
         {
             "what": f"{head.answer.name} {head.answer.symbol}",
-            "number": head.number,
-            "more": ["NOT SETTLED" * result.drifts, begins, head.range, head.bound, f"{head.flow} flow"],
+            "number": head.number if check is None else shown(check.verdict.governing.alpha),
+            "more": [
+                "NOT SETTLED" * result.drifts,
+                begins,
+                head.range if check is None else report.range_of_ways(check.verdict.alphas),
+                head.bound,
+                f"{head.flow} flow",
+            ],
         }
     ]
     if check is not None:
