@@ -74,13 +74,16 @@ def test_a_block_turns_about_the_end_of_its_stress_block(rocking):
 
 
 def test_the_lost_depth_grows_from_the_end_of_the_stress_block(rocking):
-    """A point at x from there is crushed by ``x sin θ``; each cell by the depth at its centre."""
+    """A point at x from there is crushed by ``x sin θ``; each cell by the depth at its centre.
+
+    While steps double, cells that are crushed in part sink later, by 0.03 mm.
+    """
     curve, a = rocking.capacity, 9e3 / 0.5e6
     late = turned(curve, "block") > 1e-2
     edge = curve["crushed_depth"].max("cell").to_numpy()[late]
     # The outer row of 8 is ``(1 − cos(π / 8)) / 2`` of the width.
     centre = a - 0.3 * (1 - np.cos(np.pi / 8)) / 4
-    assert edge == pytest.approx(centre * np.sin(turned(curve, "block")[late]), rel=0.05)
+    assert edge == pytest.approx(centre * np.sin(turned(curve, "block")[late]), abs=4e-5)
     assert (np.diff(curve["crushed_depth"], axis=0) >= 0).all()
     assert curve["largest_crushed_depth"].to_numpy()[late] == pytest.approx(edge, rel=1e-6)
     assert curve["penetration"].max() < 1e-6
