@@ -125,6 +125,7 @@ class LocalMechanismCheck:
             floor if self.relied_on == METHODS["linear"] else np.nan,
             tuple(note for note in self.notes if note.severity is Severity.WARNING),
             self.result.settled,
+            self.result.schedule,
         )
 
     @property
