@@ -22,7 +22,7 @@ from blockstruct.limit.motion import velocities_of
 from blockstruct.limit.program import ProgramData, Solution, Solver
 from blockstruct.limit.response import RecordState
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.model import Model, RecordCase, has_curve
+from blockstruct.model import Interface, JointMaterial, Model, RecordCase, has_curve
 from blockstruct.model.fields import changed
 from blockstruct.motion import MotionState, MovingProblem, follow, respond
 from blockstruct.procedures import load_factor_at, solve_limit_case
@@ -36,6 +36,7 @@ from blockstruct.results.capacity import (
 )
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import forces_in, history_of, motions_in
+from blockstruct.results.interfaces import corner_torsion
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status, Torsion
@@ -254,17 +255,18 @@ def with_effects(
     settings = result.settings
     other = "fictitious" if settings.procedure == "loading path" else "loading path"
     remedies = {
-        "uniform_torsion": (_uniform(result.model), settings),
-        "biaxial_crushing": (result.model, replace(settings, crushing="conic", crushing_interaction="biaxial")),
-        "other_procedure": (result.model, replace(settings, procedure=other)),
+        "uniform_torsion": (_uniform, settings),
+        "lowered_friction": (_lowered, settings),
+        "biaxial_crushing": (_same, replace(settings, crushing="conic", crushing_interaction="biaxial")),
+        "other_procedure": (_same, replace(settings, procedure=other)),
     }
     facts: dict[str, Any] = {}
     for name in result.wanted_effects:
-        model, changed_settings = remedies[name]
+        changed_model, changed_settings = remedies[name]
         if is_estimate and name != "other_procedure":
-            facts[name] = _estimated(model, result, changed_settings)
+            facts[name] = _estimated(changed_model(result), result, changed_settings)
             continue
-        run = _run(model, result, changed_settings)
+        run = _run(changed_model(result), result, changed_settings)
         hear(name, run)
         facts[name] = run.load_factor if run.status is Status.CONVERGED else np.nan
     if not facts:
@@ -272,13 +274,31 @@ def with_effects(
     return result.changed(outcome=replace(result.outcome, estimated=is_estimate, **facts))
 
 
-def _uniform(model: Model) -> Model:
-    """Return a model whose joints have the torsion of uniform pressure."""
-    joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in model.joint_materials.items()}
+def _same(result: CaseResult) -> Model:
+    return result.model
+
+
+def _uniform(result: CaseResult) -> Model:
+    """Return the model of a case with the torsion of uniform pressure in its joints."""
+    materials = result.model.joint_materials.items()
+    joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in materials}
+    return _with_joints(result.model, lambda i: joints[i.joint_material.name])
+
+
+def _lowered(result: CaseResult) -> Model:
+    """Return the model of a case with the friction of each joint divided by its excess of torsion."""
+    times = corner_torsion(result.model, result.history)["times"].clip(lower=1.0)
+
+    def lowered(interface: Interface) -> JointMaterial:
+        joint, excess = interface.joint_material, float(times[interface.name])
+        return joint if excess == 1 else joint.varied(friction_coefficient=joint.friction_coefficient / excess)
+
+    return _with_joints(result.model, lowered)
+
+
+def _with_joints(model: Model, joint_of: Callable[[Interface], JointMaterial]) -> Model:
     # The shapes are unchanged, and need no second check.
-    other: Model = changed(
-        model, interfaces=tuple(i.with_joint_material(joints[i.joint_material.name]) for i in model.interfaces)
-    )
+    other: Model = changed(model, interfaces=tuple(i.with_joint_material(joint_of(i)) for i in model.interfaces))
     return other
 
 

@@ -338,7 +338,7 @@ def _lowest(
     while (way := check.verdict.governing.way) in REMEDIES and (run := remedies.get(REMEDIES[way])) is not None:
         case = changed(run.case, name=run_name(name, str(way)))
         run = run.changed(case=case, schedule=str(way), of_case=name, path_dependence=(min(factors), max(factors)))
-        own = checked(run)
+        own = checked(with_effects(run))
         rest = replace(check, others=tuple(other for other in check.others if other.way is not way))
         if own.verdict.share <= rest.verdict.share:
             stays = [note for note in check.notes if note.change is not None or note.severity is Severity.WARNING]

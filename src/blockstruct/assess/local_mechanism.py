@@ -43,6 +43,7 @@ g = STANDARD_GRAVITY
 #: Fact of an outcome that has the load factor of each remedy of a note.
 REMEDIES = {
     Way.UNIFORM_TORSION: "uniform_torsion",
+    Way.LOWERED_FRICTION: "lowered_friction",
     Way.BIAXIAL: "biaxial_crushing",
     Way.OTHER_PROCEDURE: "other_procedure",
 }

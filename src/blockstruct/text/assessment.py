@@ -109,6 +109,7 @@ _WAYS = {
     Way.LOWER_END: "the lower end of the range of the load factor",
     Way.UPPER_END: "the upper end of the range of the load factor",
     Way.UNIFORM_TORSION: "joints with the torsion of uniform pressure",
+    Way.LOWERED_FRICTION: "joints whose friction is divided by their excess of torsion",
     Way.BIAXIAL: "crushing about both axes",
     Way.OTHER_PROCEDURE: "another procedure, as the load factor depends on self-stress",
     Way.WEIGHTS: "the displacement of the weights",
