@@ -176,7 +176,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def check_known(name: Any, known: Iterable[str], what: str) -> None:
-    """Check that a name is known; ``what`` says where it was given and what it names.
+    """Check that a name is known; ``what`` is its place and its kind.
 
     Raises
     ------

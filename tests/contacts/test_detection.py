@@ -139,12 +139,6 @@ def test_stones_in_wide_rough_joints_make_a_model():
     assert bs.Model("rough", stones, found.interfaces).interfaces[0].centroid[2] == pytest.approx(0.01)
 
 
-def test_blocks_that_touch_along_a_line_are_close():
-    report = detect(FLOOR, box("a", [0, 0, 0]), box("b", [1, 1, 0])).report
-    assert [c[:2] for c in report.close] == [("a", "b")]
-    assert report.close[0][2] == pytest.approx(0.0, abs=1e-12)
-
-
 def test_contacts_of_a_slightly_warped_face():
     warped = CUBE.copy()
     warped[6, 2] += 0.002

@@ -158,11 +158,6 @@ def test_refused_documents(tmp_path, error, words, path, value):
         bs.read_document(write(tmp_path, changed(*path, to=value)))
 
 
-def test_numbers_without_a_point_are_numbers(tmp_path):
-    path = write(tmp_path, text_of(BASIC) + "  gap_tolerance: 1e-3\n")
-    assert bs.read_document(path).settings["gap_tolerance"] == 1e-3
-
-
 @pytest.mark.parametrize("text", ["040", "010", "08", "1:30", "1_000", "0o17", "0b11", "-0x1F", "yes", "Off"])
 def test_texts_that_versions_of_yaml_read_differently_are_refused(tmp_path, text):
     with refused(DOCUMENT, f"model.yaml {text} '{text}' quotes line"):

@@ -8,7 +8,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of
+from structures import SELF_WEIGHT, model_of, stopping
 
 STONE = bs.Material("stone", "20 kN/m^3")
 SPAN, DEPTH = 1.0, 0.25
@@ -143,12 +143,8 @@ def test_joints_that_large_displacements_do_not_know_are_refused():
 def test_it_is_kept_interrupted_and_resumed(tmp_path, sunk):
     case = bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-z", displacement="0.5 m", steps=20)
 
-    def stop(event):
-        if isinstance(event, bs.analysis.StepDone) and event.index == 12:
-            raise KeyboardInterrupt
-
     path = tmp_path / "beam.h5"
-    bs.run(beam(), case, path, listeners=[stop])
+    bs.run(beam(), case, path, listeners=[stopping(bs.analysis.StepDone, at=12)])
     assert bs.open_analysis(path)["case"].capacity.sizes["step"] == 13
     again = bs.AnalysisManager.resume(path)["case"]
     stored = bs.open_analysis(path)["case"]

@@ -17,7 +17,7 @@ from blockstruct import Q_
 from blockstruct.limit import LimitProblem
 from blockstruct.motion import MovingProblem
 from blockstruct.statics import Placement, Statics
-from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block
+from structures import SELF_WEIGHT, block_on_a_bar, model_of, moved, push, rotation, single_block
 
 STONE = bs.Material("stone", "20 kN/m^3")
 ROUGH = bs.JointMaterial("rough", 2.0)
@@ -222,25 +222,8 @@ def test_contacts_that_were_none_close():
     assert jump.load_factor[0] == pytest.approx(mu, rel=1e-3)
 
 
-def tied(breaks_at=None):
-    """A block 0.5 × 2 m on the ground, tied at 1.5 m to a post 2 m behind it; it yields at a fifth of its weight."""
-    blocks = [
-        box("ground", (-3, 3), (-0.5, 0), fixed=True),
-        box("post", (-2.5, -2), (0, 2), fixed=True),
-        box("block", (0, 0.5), (0, 2)),
-    ]
-    bar = bs.Tie(
-        "bar",
-        start=("post", Q_([-2, 0.5, 1.5], "m")),
-        end=("block", Q_([0, 0.5, 1.5], "m")),
-        yield_force=Q_(4, "kN"),
-        elongation_limit=breaks_at,
-    )
-    return bs.Model("tied block", blocks, bs.detect_interfaces(blocks, ROUGH), ties=[bar])
-
-
 def elongated(angle):
-    """Length of the tie of :func:`tied`, m, and its derivative by the rotation."""
+    """Length of the tie of :func:`block_on_a_bar`, m, and its derivative by the rotation."""
     c, s = np.cos(angle), np.sin(angle)
     x, z = 2.5 - 0.5 * c + 1.5 * s, 0.5 * s + 1.5 * c - 1.5
     length = np.hypot(x, z)
@@ -248,7 +231,7 @@ def elongated(angle):
 
 
 def by_hand(angle, force):
-    """Load factor of :func:`tied`, W = 20 kN, turned by θ about its edge, with T at a length ℓ of the tie.
+    """Load factor of :func:`block_on_a_bar`, W = 20 kN, turned by θ about its edge, with T at a length ℓ of the tie.
 
     ``α W (h / 2 cos θ + b / 2 sin θ) = W (b / 2 cos θ − h / 2 sin θ) + T dℓ/dθ``, with the tie's end on the block at
     ``(b − b cos θ + z sin θ, b sin θ + z cos θ)``, z = 1.5 m: at rest ``α = b / h + 2 T z / (W h) = 0.25 + 0.3``.
@@ -258,7 +241,7 @@ def by_hand(angle, force):
 
 
 def test_tie():
-    result = run(tied(), "block", steps=20)
+    result = run(block_on_a_bar(None), "block", steps=20)
     curve = result.capacity
     angle = turned(curve, "block")
     assert result.load_factor == pytest.approx(0.55, rel=1e-6)
@@ -270,7 +253,7 @@ def test_tie():
 
 def test_tie_that_breaks():
     """As :func:`test_tie` until the bar is 0.1 m longer; then the block alone, ``tan(atan(b / h) − θ)``."""
-    curve = run(tied(Q_(0.1, "m")), "block", steps=20).capacity
+    curve = run(block_on_a_bar(), "block", steps=20).capacity
     angle = turned(curve, "block")
     whole = elongated(angle)[0] <= 2.1
     assert 3 < whole.sum() < len(angle) - 3
@@ -284,7 +267,7 @@ def test_tie_that_breaks():
 
 def test_tie_that_is_slack():
     """One that was 0.02 m longer than it is pulls again where it has been; beyond its limit it never does."""
-    model = tied(Q_(0.05, "m"))
+    model = block_on_a_bar("0.05 m")
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)))
     statics = Statics.of(model)
     moving = MovingProblem(statics, LimitProblem.of(statics, case), case)

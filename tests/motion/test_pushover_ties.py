@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from test_pushover import ROUGH, STONE, box, by_hand, elongated, run, tied, turned
+from test_pushover import ROUGH, STONE, box, by_hand, elongated, run, turned
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.results import doubtful_parts
 from blockstruct.views.words import pushover_words as told
-from structures import moved, rotation
+from structures import block_on_a_bar, moved, rotation
 
 ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
 
 
 @pytest.fixture(scope="module")
 def breaking():
-    return run(tied(Q_(0.1, "m")), "block", steps=20)
+    return run(block_on_a_bar(), "block", steps=20)
 
 
 def test_forces_and_elongations_of_every_state(breaking):
@@ -47,7 +47,7 @@ def test_where_a_tie_breaks(breaking):
 
 
 def test_ties_that_hold_or_are_not_there():
-    holding = run(tied(), "block", steps=6)
+    holding = run(block_on_a_bar(None), "block", steps=6)
     assert np.isnan(holding.capacity["tie_break_displacement"]).all()
     assert holding.broken_ties.empty
     assert "breaks" not in holding.curve_ended
@@ -60,7 +60,7 @@ def test_ties_that_hold_or_are_not_there():
 
 def test_many_ties_are_counted():
     """Seven bars side by side break at once."""
-    one = tied(Q_(0.1, "m")).ties[0]
+    one = block_on_a_bar().ties[0]
     ties = [
         bs.Tie(
             f"bar {k}",
@@ -71,7 +71,7 @@ def test_many_ties_are_counted():
         )
         for k, y in enumerate(np.linspace(0.2, 0.8, 7))
     ]
-    result = run(tied().with_ties(ties), "block", steps=10)
+    result = run(block_on_a_bar().with_ties(ties), "block", steps=10)
     assert result.broken_ties.index.tolist() == [tie.name for tie in ties]
 
 
@@ -98,7 +98,7 @@ def test_many_ties_are_counted():
 )
 def test_ties_that_are_refused_have_a_way_out(tie, instead):
     with pytest.raises(bs.errors.ModelError, match=instead):
-        run(tied().with_ties([tie]), "block")
+        run(block_on_a_bar().with_ties([tie]), "block")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, model_of, push, stopping
 
 SIZES = [1e-9, 1e-3, 1e6]
 PROCEDURES = {
@@ -106,11 +106,14 @@ def test_a_resumed_and_a_reopened_result_are_the_same(tmp_path, size):
     whole = solved(model, top, size, PROCEDURES["fictitious"], store=tmp_path / "whole.h5")
     assert bs.open_analysis(tmp_path / "whole.h5")["push"].history.identical(whole.history)
 
-    def stop(event):
-        if isinstance(event, IterationDone) and event.index == 4:
-            raise KeyboardInterrupt
-
-    solved(model, top, size, PROCEDURES["fictitious"], store=tmp_path / "part.h5", listeners=[stop])
+    solved(
+        model,
+        top,
+        size,
+        PROCEDURES["fictitious"],
+        store=tmp_path / "part.h5",
+        listeners=[stopping(IterationDone, at=4)],
+    )
     resumed = bs.AnalysisManager.resume(tmp_path / "part.h5")["push"]
     assert resumed.load_factor == pytest.approx(whole.load_factor, rel=1e-6)
     assert facts(resumed)[:2] == facts(whole)[:2]

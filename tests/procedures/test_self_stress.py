@@ -15,7 +15,7 @@ from blockstruct.limit.settings import scheduled
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, box, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, box, model_of, push, single_block, solve, stopping
 
 MORE_WEIGHT = push(0, 0, -1)
 
@@ -278,10 +278,7 @@ def test_what_has_not_converged_keeps_its_best_admissible_state(small_model):
 
 
 def test_without_iterations_nothing_is_admissible(small_model, small_cases):
-    def stop(event):
-        raise KeyboardInterrupt
-
-    result = bs.AnalysisManager(small_model, listeners=[stop]).run(small_cases[:1])[small_cases[0].name]
+    result = bs.AnalysisManager(small_model, listeners=[stopping()]).run(small_cases[:1])[small_cases[0].name]
     assert result.status == "interrupted"
     assert result.admissible_state is None
     assert math.isnan(result.admissible_load_factor)
@@ -316,11 +313,7 @@ def test_an_interrupted_case_ends_as_it_would_have(model, load, status, tmp_path
     case = bs.LimitCase("case", SELF_WEIGHT, load)
     whole = bs.AnalysisManager(model).run([case])["case"]
 
-    def stop(event):
-        if isinstance(event, IterationDone) and event.index == 4:
-            raise KeyboardInterrupt
-
-    bs.AnalysisManager(model, tmp_path / "a.h5", listeners=[stop]).run([case])
+    bs.AnalysisManager(model, tmp_path / "a.h5", listeners=[stopping(IterationDone, at=4)]).run([case])
     resumed = bs.AnalysisManager.resume(tmp_path / "a.h5")["case"]
     assert resumed.status == whole.status == status
     assert resumed.history.stage.to_numpy().tolist() == whole.history.stage.to_numpy().tolist()

@@ -142,7 +142,7 @@ def test_a_step_has_the_forces_of_conic_programs(seed):
     )
     K, size = problem.n_points, 3 * problem.n_points
     found = contact.solve(
-        Step(np.zeros(size), np.zeros(size), None), contact.start(), centring=1.0, tolerance=TIGHT, max_iterations=60
+        Step(np.zeros(size), np.zeros(size), None), contact.start(), centre=True, tolerance=TIGHT, max_iterations=60
     )
     assert found.within(TIGHT)
     dead = found.state
@@ -155,7 +155,7 @@ def test_a_step_has_the_forces_of_conic_programs(seed):
     opening[0::3] = dead.z.line[:K] - normal * dead.x[0::3]
     forces[0::3] = 0.0
     step = Step(forces, opening, s)
-    found = contact.solve(step, dead, centring=1.0, tolerance=TIGHT, max_iterations=80)
+    found = contact.solve(step, dead, centre=True, tolerance=TIGHT, max_iterations=80)
     assert found.within(TIGHT)
     assert found.state.alpha == pytest.approx(alpha, rel=1e-5)
     assert np.abs(found.state.x.reshape(-1, 3) - expected).max() < 1e-5

@@ -11,7 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, STONE, box, model_of, moved, rotation
+from structures import SELF_WEIGHT, STONE, beam_on_ledges, box, model_of, moved, rotation
 
 LENGTH, LEDGE, HEIGHT = 4.0, 0.5, 0.6
 WEIGHT = 20e3 * LENGTH * HEIGHT
@@ -20,19 +20,13 @@ LEAST, LARGEST = (WEIGHT * arm / (LENGTH - LEDGE) for arm in (LENGTH / 2 - LEDGE
 
 def beam(friction=0.6, R=None, shift=(0, 0, 0), **joint):
     """Model of the beam on its ledges, ``left`` and ``right``."""
-    blocks = [
-        box("left", [0, 0, -0.3], [LEDGE, 1, 0.3], fixed=True),
-        box("right", [LENGTH - LEDGE, 0, -0.3], [LEDGE, 1, 0.3], fixed=True),
-        box("beam", [0, 0, 0], [LENGTH, 1, HEIGHT]),
-    ]
-    blocks = blocks if R is None else moved(blocks, R, shift)
+    blocks = beam_on_ledges().blocks if R is None else moved(beam_on_ledges().blocks, R, shift)
     return model_of(blocks, bs.JointMaterial("joint", friction, **joint))
 
 
 def on_three_ledges():
     """Model of the beam with another ledge, ``middle``."""
-    middle = box("middle", [1.75, 0, -0.3], [LEDGE, 1, 0.3], fixed=True)
-    return model_of([*beam().blocks, middle], bs.JointMaterial("joint", 0.6))
+    return beam_on_ledges(box("middle", [1.75, 0, -0.3], [LEDGE, 1, 0.3], fixed=True))
 
 
 def settle(model, supports, direction, dead=SELF_WEIGHT, settings=None, **case):

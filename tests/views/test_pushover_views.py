@@ -21,7 +21,7 @@ from blockstruct.views.report.contents import contents
 from blockstruct.views.report.summary import curve_sentences
 from blockstruct.views.words import pushover_words
 from refusals import refused
-from structures import SELF_WEIGHT, box, model_of, push
+from structures import SELF_WEIGHT, block_on_a_bar, push
 
 pv = pytest.importorskip("pyvista")
 
@@ -33,13 +33,7 @@ def tie(name, z, **limit):
 
 @pytest.fixture(scope="module")
 def analysis():
-    blocks = [
-        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
-        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
-        box("block", [0, 0, 0], [0.5, 1, 2]),
-    ]
-    ties = [tie("high", 1.5, elongation_limit="60 mm"), tie("low", 0.5)]
-    model = model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties(ties)
+    model = block_on_a_bar().with_ties([tie("high", 1.5, elongation_limit="60 mm"), tie("low", 0.5)])
     pushed = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=10)
     return bs.run(model, [pushed, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0))])
 

@@ -183,7 +183,9 @@ def follow(write: Callable[[str, float], None]) -> Listener:
                 rest = f"about {left:.0f} s left" if left else "until the structure is at rest"
                 write(f"{place} {state.time:.2f} s of {case.duration:.4g} s, {rest}", min(share, 0.99))
             case CaseFinished(result):
+                states = result.response if result.capacity is None else result.capacity
                 count = counted(result.n_iterations, "numerical iteration")
+                count = count if states is None else counted(len(states["displacement"]), "state")
                 write(f"{place} {result.status.words} after {count}", 1.0)
 
     return listen

@@ -23,7 +23,7 @@ from blockstruct.analysis.events import (
     tell,
     with_progress,
 )
-from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, followed, kept_state, responded, with_effects
+from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, kept_state, trace_curve, trace_record, with_effects
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.limit.iteration import conclude
@@ -381,12 +381,12 @@ class AnalysisManager:
             versions=made_by if made_by[-1:] == (plan.versions(),) else (*made_by, plan.versions()),
         )
         if isinstance(case, RecordCase):
-            return responded(done, statics, case, listeners) if outcome.status is Status.STANDS else done
+            return trace_record(done, statics, case, listeners) if outcome.status is Status.STANDS else done
         if not has_curve(case) or outcome.status is not Status.CONVERGED:
             return done
         # The curve begins with the collapse state as the first run kept it.
         first = before.history if before.n_iterations == len(iterations) else history
-        return followed(done, statics, problem, kept_state(statics, problem, first, iterations[-1]), listeners)
+        return trace_curve(done, statics, problem, kept_state(statics, problem, first, iterations[-1]), listeners)
 
     def _solver_of(self, settings: ProcedureSettings) -> Solver:
         """Return the solver of settings, which knows the dead loads of earlier cases."""

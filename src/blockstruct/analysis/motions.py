@@ -42,10 +42,10 @@ from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status, Torsion
 
 
-def followed(
+def trace_curve(
     result: CaseResult, statics: Statics, problem: LimitProblem, collapse: Iteration, listeners: Iterable[Listener]
 ) -> CaseResult:
-    """Return the result of a case that continues beyond collapse, with its capacity curve.
+    """Trace a case beyond collapse, and return its result with the capacity curve.
 
     A curve that the result has already is continued. A KeyboardInterrupt ends it; the result is then interrupted.
 
@@ -96,8 +96,8 @@ _STATUS = {
 }
 
 
-def responded(result: CaseResult, statics: Statics, case: RecordCase, listeners: Iterable[Listener]) -> CaseResult:
-    """Return the result of a record with its response.
+def trace_record(result: CaseResult, statics: Statics, case: RecordCase, listeners: Iterable[Listener]) -> CaseResult:
+    """Trace a structure under a record, and return its result with the response.
 
     A response that the result already has is continued. A KeyboardInterrupt ends it; the result is then interrupted.
 

@@ -4,20 +4,15 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.interfaces import NO_FORCE
 from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import tie_state
 from blockstruct.vocabulary import TieState
-
-#: Force at a joint, relative to the weight of the lesser body, that counts as zero.
-_UNLOADED = 1e-4
-#: Least resistance to a motion, if one joint resists with about one. Motions are accurate to about 1e-6, and long
-#: chains of bodies resist little.
-_RESISTED = 1e-9
 
 
 def separate_mechanisms(
@@ -125,7 +120,8 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
     pairs = [(number.get(i.minus, -2), number.get(i.plus, -2)) for i in model.interfaces]
     force = np.linalg.norm(last["contact_force"].transpose("contact_point", "component").to_numpy(), axis=1)
     pressed = np.bincount(last["interface_of_contact_point"].to_numpy(), force, minlength=len(pairs))
-    least = _UNLOADED * np.array([*(body.total for body in moving), np.inf, np.inf])
+    # Forces are relative to the weight of the lesser body.
+    least = NO_FORCE * np.array([*(body.total for body in moving), np.inf, np.inf])
     loaded = [k for k, (a, b) in enumerate(pairs) if a != b and min(a, b) > -2 and pressed[k] > min(least[[a, b]])]
     minus, plus = np.array([pairs[k] for k in loaded], dtype=np.int64).reshape(-1, 2).T
     there = at(np.array([model.interfaces[k].polygon.mean(axis=0) for k in loaded]).reshape(-1, 3))
@@ -149,5 +145,6 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
             np.add.at(resistance, (one, other), np.einsum("jca,jcb->jab", rows, columns))
     n = 6 * len(moving)
     matrix = csc_array(resistance[:-1, :-1].transpose(0, 2, 1, 3).reshape(n, n))
-    least_two = eigsh(matrix, 2, sigma=-_RESISTED, v0=np.ones(n), return_eigenvectors=False)
-    return bool(least_two.max() > _RESISTED)
+    least_two = eigsh(matrix, 2, sigma=-ROUNDING, v0=np.ones(n), return_eigenvectors=False)
+    # One joint resists with about one. Motions are accurate to about 1e-6, and long chains of bodies resist little.
+    return bool(least_two.max() > ROUNDING)

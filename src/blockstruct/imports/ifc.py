@@ -12,7 +12,7 @@ from blockstruct.errors import GeometryFileError, ModelError, UnknownNameError
 from blockstruct.geometry.polyhedron import lofted
 from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, check_layers, make_blocks
 from blockstruct.imports.source import Imported, checked_faces, package, read_bytes
-from blockstruct.imports.tolerances import EXACT, MERGE
+from blockstruct.imports.tolerances import EXACT, WELD
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
 from blockstruct.structures.bond import divided_wall
@@ -210,7 +210,7 @@ def _units(wall: Solid, triangles: Index, unit_length: float, unit_height: float
     elevation = shapely.union_all(shapely.polygons(flat[triangles[front]]))
     thickness = float(np.ptp(depth))
     volume = abs(float(np.einsum("ij,ij->", a - a[0], normal))) / 3
-    is_prism = abs(elevation.area * thickness - volume) <= MERGE * volume
+    is_prism = abs(elevation.area * thickness - volume) <= WELD * volume
     if elevation.geom_type != "Polygon" or not is_prism:
         return []
     try:

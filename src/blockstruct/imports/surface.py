@@ -16,7 +16,6 @@ from blockstruct.geometry.triangles import triangulated
 from blockstruct.imports.tolerances import (
     EXACT,
     LEAST_FACES,
-    MERGE,
     MOST_FACES_OF_BODY,
     NO_AREA,
     POLYGON,
@@ -441,7 +440,7 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     _check_manifold(vertices, faces, name)
     outward, repairs["turned"] = _outward(vertices, faces, name)
     size = float(np.ptp(vertices, axis=0).max())
-    whole, repairs["no area"] = merged_faces(vertices, outward, tolerance or MERGE * size, size)
+    whole, repairs["no area"] = merged_faces(vertices, outward, tolerance or WELD * size, size)
     repairs["merged"] = len(outward) - len(whole) - repairs["no area"]
     moved, divided, repairs["split"] = flattened(vertices, whole, tolerance or POLYGON * size, size)
     repairs["flattened"] = float(np.linalg.norm(moved - vertices, axis=1).max())

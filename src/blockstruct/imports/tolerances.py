@@ -4,7 +4,8 @@ import sys
 
 # Corners and outlines
 
-#: Distance of two corners, relative to the median edge of a solid, below which they are joined.
+#: Distance of two corners, relative to the median edge of a solid, below which they are joined. Largest deviation of
+#: neighbouring faces that are merged from a plane, relative to the size of the body.
 WELD = 1e-4
 
 # Planes of faces
@@ -13,8 +14,6 @@ WELD = 1e-4
 EXACT = 1e-7
 #: Largest deviation of a polygon from a plane, relative to the size of the body.
 POLYGON = 5e-3
-#: Largest deviation from a plane, relative to the size of the body, of neighbouring faces that are merged.
-MERGE = 1e-4
 #: Smallest number of faces of a body. Fewer faces without area are a sliver of a mesh.
 LEAST_FACES = 4
 #: Area, relative to the square of the longest edge, that counts as zero.

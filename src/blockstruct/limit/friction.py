@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.limit.problem import LimitProblem
 
 #: Cohesion, in units of contact force, that keeps the program of frozen friction feasible.
-CAP = 1e-9
+CAP = ROUNDING
 #: Friction coefficient up to which the fictitious iteration starts from the associative program. Above this value,
 #: dilatancy wedges blocks with forces far above their weights. Measured load factors on a wall with friction 2.5: 1.505
 #: from the associative program, 0.579 with this limit, 0.579 along the loading path.

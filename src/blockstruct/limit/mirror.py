@@ -41,9 +41,9 @@ class Mirror:
     normal : (3,) array
         Normal of the plane of symmetry.
     S : (3 K, 3 K̂) sparse array
-        Forces of the whole from those of the half.
+        Gives the forces of the whole from the forces of the half.
     T : (6 F, 6 F̂) sparse array
-        Velocities of the whole from those of the half.
+        Gives the velocities of the whole from the velocities of the half.
     point, rectangle : (K,), (R,) arrays
         Index in the half of each contact point and crushing rectangle. A rectangle that is its own image has the same
         two or three contact points at its four corners.

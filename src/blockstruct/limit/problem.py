@@ -390,17 +390,6 @@ class LimitProblem:
         of_blocks = u[: 6 * len(self.wrench_unit)].reshape(-1, 6)
         return float((np.linalg.norm(of_blocks[:, :3], axis=1) / self.wrench_unit).max())
 
-    @property
-    def answer(self) -> str:
-        """Name of the result of the case: load factor or reaction."""
-        return "load factor" if self.settlement is None else "reaction"
-
-    def said(self, alpha: float) -> str:
-        """Return a load factor as text; for a settlement, the reaction."""
-        if self.settlement is None:
-            return f"load factor {alpha:.6g}"
-        return f"reaction {self.settlement.reaction(np.array(alpha)):.6g} {'N·m' if self.settlement.rotates else 'N'}"
-
 
 def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]:
     """Return compliances (K, 2) with median one, and their unit of work, J."""

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import NEGLIGIBLE, Array, Flags
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.mirror import Mirror
@@ -169,7 +169,7 @@ class ControlPoint:
 
 
 #: Overlap of two blocks under the mean dead wrench, in mean block sizes.
-COMPLIANCE = 1e-6
+COMPLIANCE = NEGLIGIBLE
 
 
 class MovingProblem:

@@ -6,7 +6,7 @@ variable load in it, J. The way of a step is the distance that the control point
 
 from collections.abc import Generator, Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Self
 
@@ -27,8 +27,6 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
-#: Load factor, relative to the first one, below which a step moves the whole remaining way to zero.
-NEAR = 1e-3
 #: Number of states that give the slope of the curve.
 FORESEEN = 8
 #: Largest way of a block in a step, in ways of the control point.
@@ -39,15 +37,11 @@ OFF = 1.5
 WIDEST = 0.25
 #: Largest height of free fall in a step, in mean block sizes. Inertia is small then.
 HIGHEST = 1e3
-#: Gap that counts as closed, in mean block sizes.
-CLOSED = 1e-4
 #: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
-#: of the gap open.
+#: of the gap open. Below this share of its first value, the load factor goes to zero in one step.
 ACROSS = 1e-3
 #: Least share of a step, also while blocks fall.
 SHORTEST = 1 / 4096
-#: Share of its elongation limit within which a tie breaks.
-BREAKS = 1e-4
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
 #: Load factor, relative to collapse, above which something immovable stops the push.
@@ -61,8 +55,6 @@ PATIENCE = 5
 FEW = 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
 ABOVE = 0.015
-#: Speed of the control point, relative to the fastest block, below which it rests.
-RESTS = 1e-4
 #: Most blocks that are named.
 NAMED = 5
 
@@ -107,7 +99,7 @@ def follow(
     rest = Placement.of(problem.statics.model)
     mechanism = _mechanism(problem, collapse, rest)
     speed = abs(problem.control.velocity(rest, mechanism))
-    if speed <= RESTS * np.linalg.norm(mechanism[:, :3], axis=1).max():
+    if speed <= ZERO * np.linalg.norm(mechanism[:, :3], axis=1).max():
         return replace(_outcome(problem, CurveEnd.RESTS, mechanism), displacement=0.0)
     kind = _SettlementPath if isinstance(problem.case, SettlementCase) else _Path
     path = kind(problem, collapse, settings)
@@ -129,6 +121,42 @@ def follow(
             return path.outcome(path.lost())
         yield path.take(following)
     return path.outcome(end)
+
+
+@dataclass(slots=True)
+class _Planned:
+    """A step that is being solved, and may be shortened.
+
+    Attributes
+    ----------
+    moved : MovedProblem
+        With contacts as far away as its reach.
+    memory : MotionState
+        State with the forces before the step.
+    before : (K, 3) array
+        These forces.
+    twist, guess : (B, 6) arrays
+        Motion before the step, and of a similar step.
+    way : float
+        Prescribed way, m.
+    time, least : float
+        Its work and that of the shortest step, J.
+    far : float
+        Way of the fastest block, for the inertia, m.
+    paced : bool
+        Whether it has been shortened to the prescribed way.
+    """
+
+    moved: MovedProblem
+    memory: MotionState
+    before: Array
+    twist: Array
+    guess: Array
+    way: float
+    time: float
+    least: float
+    far: float
+    paced: bool = False
 
 
 class _Path:
@@ -248,7 +276,7 @@ class _Path:
         curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
         start = curve[min(1, len(curve) - 1)][0] if curve else last.displacement
         fastest = np.linalg.norm(last.velocity, axis=1).max()
-        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= RESTS * fastest
+        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= ZERO * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
         found = _outcome(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
@@ -316,42 +344,56 @@ class _Path:
 
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks drop.
         """
-        wanted, reach, wide = self._time(placement, twist, way), self._reach(way), WIDEST * self._length
-        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * wanted
-        least, moved = SHORTEST * wanted, self._course.at(placement, reach)
-        before, guess, paced = forces_at(moved, memory), twist, False
-        while True:
-            solved, time, inertia_time = self._attempted(moved, before, (twist, guess), wanted, far)
-            if solved is None:
-                return None
-            motion = moved.twist(solved.u / time)
-            jams = abs(solved.load_factor) > JAMS * self.scale
-            closing = self._closing(motion) * time
-            if closing > reach:
-                gone = self._speed(placement, motion) * time
-                if jams and time > least:
-                    wanted = max(SHORTER * time, least)
-                elif reach < wide and (paced or gone <= OFF * way):
-                    reach, moved, wanted = wide, self._course.at(placement, wide), time
-                    before = forces_at(moved, memory)
-                elif time <= least:
-                    return None
-                else:
-                    # Other blocks than before may move, and go further for the same work.
-                    share = SHORTER if paced else min(way / gone, reach / (OFF * closing))
-                    wanted, paced = max(share * time, least), True
-                continue
-            found = self._completed(moved, solved, inertia_time, falls=time <= least)
-            broken = self._until_broken(found)
-            share = min(
-                self._shortened(moved, solved, before, twist, time, way), broken, self._until_zero(moved, found)
-            )
-            if time <= least or (share == 1 and not jams):
+        step = self._planned(placement, twist, way, memory)
+        while (solution := self._within_reach(step)) is not None:
+            solved, time, inertia_time, motion = solution
+            found = self._completed(step.moved, solved, inertia_time, falls=time <= step.least)
+            jams, broken = self._jams(solved), self._until_broken(found)
+            share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
+            if time <= step.least or (share == 1 and not jams):
                 return None if jams else found
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
-                least, far = 0.0, share * far
-            wanted, guess = max(min(share, SHORTER if jams else 1.0) * time, least), motion
+                step.least, step.far = 0.0, share * step.far
+            step.time, step.guess = max(min(share, SHORTER if jams else 1.0) * time, step.least), motion
+        return None
+
+    def _planned(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> _Planned:
+        time, moved = self._time(placement, twist, way), self._course.at(placement, self._reach(way))
+        far = float(np.linalg.norm(twist[:, :3], axis=1).max()) * time
+        before = forces_at(moved, memory)
+        return _Planned(moved, memory, before, twist, twist, way, time, SHORTEST * time, far)
+
+    def _within_reach(self, step: _Planned) -> tuple[StepSolution, float, float, Array] | None:
+        """Return the solution of a step in which blocks move no further than contacts are found.
+
+        Its time, time of inertia and motion, twists (B, 6), come with it. The step is shortened, or contacts are found
+        further away. None if no step is found.
+        """
+        while True:
+            solved, time, inertia_time = self._attempted(step)
+            if solved is None:
+                return None
+            motion = step.moved.twist(solved.u / time)
+            closing = self._closing(motion) * time
+            if closing <= step.moved.reach:
+                return solved, time, inertia_time, motion
+            gone = self._speed(step.moved.placement, motion) * time
+            wide = WIDEST * self._length
+            if self._jams(solved) and time > step.least:
+                step.time = max(SHORTER * time, step.least)
+            elif step.moved.reach < wide and (step.paced or gone <= OFF * step.way):
+                step.moved = self._course.at(step.moved.placement, wide)
+                step.before, step.time = forces_at(step.moved, step.memory), time
+            elif time <= step.least:
+                return None
+            else:
+                # Other blocks than before may move, and go further for the same work.
+                share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (OFF * closing))
+                step.time, step.paced = max(share * time, step.least), True
+
+    def _jams(self, solved: StepSolution) -> bool:
+        return abs(solved.load_factor) > JAMS * self.scale
 
     def _fallen_from(
         self, placement: Placement, twist: Array, memory: MotionState, height: float
@@ -365,23 +407,20 @@ class _Path:
         before = forces_at(moved, memory)
         wanted = self._time(placement, twist, SHORTEST * reach)
         falling = twist / max(float(np.linalg.norm(twist[:, :3], axis=1).max()), 1e-300)
-        while height > CLOSED * self._length:
+        while height > ZERO * self._length:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time, falls=True)
-                jams = abs(found.load_factor) > JAMS * self.scale
-                return None if jams or self._way(found) <= OFF * SHORTEST * reach else found
+                return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
             height = min(height, reach) / 4
         return None
 
-    def _attempted(
-        self, moved: MovedProblem, before: Array, twists: tuple[Array, ...], wanted: float, far: float
-    ) -> tuple[StepSolution | None, float, float]:
+    def _attempted(self, step: _Planned) -> tuple[StepSolution | None, float, float]:
         """Return the first solution of the attempts at a step, its time and its time of inertia."""
         for share, inertia in self.attempts:
-            time = share * wanted
-            motions = [time * twist for twist in twists]
-            solved, inertia_time = self._step(moved, before, motions, time, far / inertia)
+            time = share * step.time
+            motions = [time * step.twist, time * step.guess]
+            solved, inertia_time = self._step(step.moved, step.before, motions, time, step.far / inertia)
             if solved is not None:
                 return solved, time, inertia_time
         return None, np.nan, np.nan
@@ -395,31 +434,24 @@ class _Path:
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
         return self._course.complete(state, moved)
 
-    def _shortened(
-        self,
-        moved: MovedProblem,
-        solved: StepSolution,
-        before: Array,
-        twist: Array,
-        time: float,
-        way: float,
-    ) -> float:
+    def _shortened(self, step: _Planned, solved: StepSolution, time: float) -> float:
         """Share of a step to which it is to be shortened; one if it need not."""
+        moved = step.moved
         gone = self._speed(moved.placement, moved.twist(solved.u))
-        if gone > OFF * way:
-            return way / gone
-        problem, closed = moved.problem, CLOSED * self._length
+        if gone > OFF * step.way:
+            return step.way / gone
+        problem, closed = moved.problem, ZERO * self._length
         v = (problem.A.T @ solved.u).reshape(-1, 3)
         work = max(abs(solved.load_factor) * time, -float((solved.x[:, 1:] * v[:, 1:]).sum()), 1e-300)
         gaps = np.concatenate([moved.contacts.gap, moved.slack])
         units = np.concatenate([problem.force_unit, problem.ties.force_unit])
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
         # If a hinge moves along a joint, the contact point next to it carried the force before.
-        new = np.concatenate([before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
+        new = np.concatenate([step.before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
         across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
         if not across.any():
             return 1.0
-        going = moved.velocities(twist * time)
+        going = moved.velocities(step.twist * time)
         rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
         share = (1 - ACROSS) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
         return share if share < 1 - ACROSS else SHORTER
@@ -496,7 +528,7 @@ class _Path:
         left = alpha * self._way(last) / (last.load_factor - alpha)
         if not COMPLIANCE * self._length < left < (1 - ACROSS) * way:
             return 1.0
-        return left / way * (1 - SHORTER if alpha > NEAR * abs(curve[0][1]) else 1.0)
+        return left / way * (1 - SHORTER if alpha > ACROSS * abs(curve[0][1]) else 1.0)
 
     def _until_broken(self, found: MotionState) -> float:
         """Return the share of the way of a state up to the first tie that breaks; one if no tie breaks.
@@ -516,8 +548,8 @@ class _Path:
 
         if not breaks(1.0, limit).any():
             return 1.0
-        near = (longest <= limit) & (longest >= (1 - BREAKS) * limit)
-        most = np.where(near, (1 + BREAKS) * limit, (1 - BREAKS / 2) * limit)
+        near = (longest <= limit) & (longest >= (1 - ZERO) * limit)
+        most = np.where(near, (1 + ZERO) * limit, (1 - ZERO / 2) * limit)
         if not breaks(1.0, most).any():
             return 1.0
         low, high = 0.0, 1.0
@@ -525,7 +557,7 @@ class _Path:
             middle = (low + high) / 2
             low, high = (low, middle) if breaks(middle, most).any() else (middle, high)
         share = high if near.any() else low
-        return share if share < 1 - BREAKS else 1.0
+        return share if share < 1 - ZERO else 1.0
 
 
 class _SettlementPath(_Path):

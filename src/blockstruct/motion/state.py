@@ -148,7 +148,8 @@ class CurveOutcome:
         return cls(**facts | listed | {"end": CurveEnd(facts["end"])})
 
 
-#: Load factor, relative to the first one of a curve, that is zero.
+#: What is zero on a curve: a load factor relative to the first one, a gap relative to the mean block size, a speed
+#: relative to the fastest block, a length of a tie relative to its elongation limit.
 ZERO = 1e-4
 
 

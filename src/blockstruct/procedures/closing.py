@@ -24,9 +24,8 @@ CLOSED = 1e-4
 #: Solver tolerance for the mechanism. The forces that follow, solved to the tolerance of the settings, correct its load
 #: factor.
 MECHANISM = 1e-6
-#: Interior-point loop for the mechanism: first complementarity gap, in multiples of the load factor, and most
-#: factorisations. Measured: from a tenth of this gap, 2,430 blocks are not solved.
-WIDE, MOST = 1.0, 40
+#: Most factorisations of the interior-point loop for the mechanism.
+MOST = 40
 #: Opening and sliding that count as motion, relative to the fastest contact point.
 MOVES = 1e-4
 #: Least normal force of a closed contact at the start, in multiples of the mean. Share of the friction limit at
@@ -86,8 +85,8 @@ def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
     nothing = np.zeros(contact.conditions.size)
     found = contact.solve(
         Step(nothing, nothing, 1.0),
-        contact.beside(path.reached, WIDE),
-        centring=None,
+        contact.beside(path.reached),
+        centre=False,
         tolerance=MECHANISM,
         max_iterations=MOST,
     )

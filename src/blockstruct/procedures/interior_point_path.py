@@ -21,16 +21,12 @@ from blockstruct.vocabulary import PathEnd
 #: for a step. An interior point leaves forces on unloaded contacts, and these hold structures together. Measured on two
 #: adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
 OF_DEAD_LOAD, TOLERANCE = 1e-7, 1e-5
-#: Complementarity gap at which a step begins, in multiples of its work.
-CENTRING = 1.0
 #: Most factorisations of one step, and of all steps.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
 #: Attempts at a step: the first is unchanged, the second has lagging friction, each later one is a third as long.
 ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5
-#: Cohesion of contacts with lagging friction, so that unloaded contacts keep some resistance.
-LAG_FLOOR = 1e-5
 
 
 class InteriorPointPath(Path):
@@ -52,7 +48,7 @@ class InteriorPointPath(Path):
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self.contact.solve(
-            self._rest(), self.contact.start(), centring=1.0, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP
+            self._rest(), self.contact.start(), centre=True, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP
         )
         if not found.within(ENOUGH):
             return None
@@ -80,7 +76,7 @@ class InteriorPointPath(Path):
             found = self._lagging().solve(
                 self._memory(self._state, s),
                 guess,
-                centring=CENTRING if self._step else None,
+                centre=bool(self._step),
                 tolerance=TOLERANCE,
                 max_iterations=MAX_OF_STEP,
             )
@@ -121,5 +117,6 @@ class InteriorPointPath(Path):
         if not self._lags:
             return self.contact
         last = np.maximum(self._state.x[self._normal], -self._problem.tension)
-        half = fictitious_sliding(self._problem, last, LAG_FLOOR, -LAG)
+        # A cohesion as small as the tolerance keeps some resistance at unloaded contacts.
+        half = fictitious_sliding(self._problem, last, TOLERANCE, -LAG)
         return self.contact.with_sliding(half)

@@ -29,10 +29,6 @@ if TYPE_CHECKING:
     from blockstruct.procedures.path import Path
 
 
-#: Share by which a load factor with crushing may exceed the one without. Two runs of one structure differ by as much.
-ALIKE = 5e-3
-
-
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
     """Solve a limit case, program by program.
 
@@ -75,11 +71,15 @@ def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, sol
     outcome = yield from _solve(problem, flow, settings, solver)
     if flow is Flow.ASSOCIATIVE or not len(problem.rectangles) or outcome.status is not Status.CONVERGED:
         return outcome
+    # Loaded here: its linear algebra is slow to import.
+    from blockstruct.procedures.path import SETTLED
+
     states: list[Iteration] = []
     guard = _solve(problem.without_crushing, flow, settings, solver, is_guard=True)
     limit = conclude(guard, states.append)
     without = limit.load_factor
-    if not outcome.load_factor - without > ALIKE * abs(without):
+    # Two runs of one structure differ by as much as the range in which a path has settled.
+    if not outcome.load_factor - without > SETTLED * abs(without):
         return outcome
     yield replace(states[-1], linearised_at=None)
     outcome = replace(outcome, load_factor=without, settled=False, without_crushing=without)
@@ -169,7 +169,7 @@ def load_factor_at(displacement: float, problem: LimitProblem, bound: float, set
     problem, settings
         The limit problem and the steps of the path.
     bound
-        Load factor with associative flow, or that of a similar problem; infinite without one. It scales the first
+        Load factor with associative flow, or of a similar problem; infinite without one. It scales the first
         guess.
 
     Returns

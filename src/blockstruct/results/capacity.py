@@ -58,10 +58,8 @@ RISES, JUMPS = 0.02, 0.03
 #: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
 #: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
-#: they no longer do.
+#: they no longer do; change of the force of a tie between two states, relative to its largest force, that is sudden.
 MOSTLY = 0.5
-#: Change of the force of a tie between two states, relative to its largest force, that counts as sudden.
-AT_ONCE = 0.5
 
 
 def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
@@ -223,7 +221,7 @@ def _of_ties(capacity: xr.Dataset) -> Flags:
         sudden |= ((broke >= np.minimum(d[:-1], d[1:])) & (broke <= np.maximum(d[:-1], d[1:]))).any(axis=0)
     if "tie_force" in capacity:
         force = np.nan_to_num(capacity["tie_force"].transpose("step", "tie").to_numpy())
-        sudden |= (np.abs(np.diff(force, axis=0)) > AT_ONCE * force.max(axis=0)).any(axis=1)
+        sudden |= (np.abs(np.diff(force, axis=0)) > MOSTLY * force.max(axis=0)).any(axis=1)
     return sudden
 
 

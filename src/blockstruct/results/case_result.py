@@ -549,7 +549,7 @@ class CaseResult:
 
     @property
     def wanted_effects(self) -> tuple[str, ...]:
-        """Names of the outcome's facts that the notes ask for: what the load factor would be without their cause.
+        """Names of the outcome's facts that the notes ask for: load factors without the cause of a note.
 
         They are ``uniform_torsion``, ``lowered_friction``, ``biaxial_crushing`` and ``other_procedure``.
         """

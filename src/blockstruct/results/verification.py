@@ -281,8 +281,6 @@ def _same(one: float, other: float, scale: float) -> bool:
     return abs(one - other) <= max(ACCURACY * abs(other), 1e-2 * scale, 1e-9)
 
 
-#: Displacement of the first state that is elastic in any curve, relative to the mean block size.
-ELASTIC = 1e-3
 #: Difference of the work of the variable load in a second from 1 J that rounding makes.
 AT_ONE_WATT = 1e-5
 #: Values that follow from the others of a state, and whether they are lengths.
@@ -345,7 +343,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     size, at = moving.statics.length, Placement.at(state.position, state.rotation)
     # The first steps double, so blocks have not gone further than twice the next step.
     furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
-    led, most = Placement.of(moving.statics.model), max(ELASTIC * size, 2 * furthest)
+    led, most = Placement.of(moving.statics.model), max(ACCURACY * size, 2 * furthest)
     if before is not None:
         most = NEGLIGIBLE * size
         led = Placement.at(before.position, before.rotation).moved(before.twist * before.motion_time)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
 from blockstruct.solvers.interior_point.cones import ConeVector
@@ -22,9 +22,6 @@ LEAST_FORCE = 0.05
 FOLLOWS = 0.1
 #: Over-relaxation of forces (Boyd et al., section 3.4.3).
 RELAXED = 1.5
-#: Matrix entries below this share of the diagonal count as rounding. Measured on walls pushed in their plane: rounding
-#: is up to 1e-10 of the diagonal, and no entries lie between that and 1e-8.
-NOISE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +238,8 @@ class _Rows:
 
     def slip(self, rows: Array) -> Array:
         s, t = np.square(self.shear(rows))
-        return np.asarray(np.sqrt(s + t))
+        s += t
+        return np.asarray(np.sqrt(s, out=s))
 
     def as_cones(self, rows: Array, first: Array) -> ConeVector:
         soc = np.empty((len(self.discs) + len(self._cones), 3))
@@ -278,7 +276,10 @@ class _Alternation:
         self._outputs = sp.hstack([rows.E @ self._of_targets, rows.E @ self._of_motion], format="csr")
         self._outputs_at_rest = rows.E @ self._at_rest + rows.offset
         self._pulls, self._loads = AH @ weighted, contact.A @ self._at_rest + contact.problem.w_D
-        self._solve = factorised(sp.coo_array(AH @ contact.AT + contact.at_rest))
+        stiffness = AH @ contact.AT
+        if contact.problem.idle.any():
+            stiffness = stiffness + contact.at_rest
+        self._solve = factorised(sp.coo_array(stiffness))
         self._w_L, self._least = contact.problem.w_L, max(norm(contact.problem.w_D), 1e-300)
         self._push = self._solve(self._w_L)
         self._stiffness = dot(self._w_L, self._push)
@@ -352,7 +353,8 @@ def factorised(M: sp.coo_array) -> Callable[[Array], Array]:
     """
     scale = np.sqrt(M.diagonal())
     i, j = M.coords
-    kept = np.abs(M.data) > NOISE * scale[i] * scale[j]
+    # On walls pushed in their plane, rounding is up to 1e-10 of the diagonal, and no entries lie between that and 1e-8.
+    kept = np.abs(M.data) > ROUNDING * scale[i] * scale[j]
     matrix = sp.csc_matrix((M.data[kept], (i[kept], j[kept])), shape=M.shape)
     lu = sp.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
     return lambda b: np.asarray(lu.solve(b), dtype=float)

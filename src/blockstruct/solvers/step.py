@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.ties import Ties
@@ -13,14 +13,10 @@ from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
 
-#: Residual of equilibrium of a solution by Newton's method, in dead wrenches.
-SOLVED = 1e-9
-#: Share of its limit from which friction slid in the step before.
-SLIDES = 1e-6
 #: Most Newton iterations, and the largest residual, in dead wrenches: that of an overlap by about a block.
 ITERATIONS, LARGEST = 8, 1e6
-#: Earlier residuals of which the largest must not be exceeded, and halvings of a step to get there.
-RECENT, HALVINGS = 4, 4
+#: Earlier residuals of which the largest must not be exceeded; as many halvings of a step are tried.
+RECENT = 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
 #: Largest errors of a solution by splitting: unbalanced wrench, in dead wrenches, and error of relative displacements,
@@ -333,7 +329,8 @@ class _Newton:
         closed = before[:, 0] > 0
         if not closed.any():
             return motion, step.load_factor
-        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < (1 - SLIDES) * step.problem.friction * before[:, 0])
+        limit = (1 - NEGLIGIBLE) * step.problem.friction * before[:, 0]
+        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < limit)
         x[:, 0] = np.where(closed, before[:, 0], np.minimum(x[:, 0], 0.0))
         x[sticks, 1:] = before[sticks, 1:]
         kept, slope = self._limited(like)
@@ -347,7 +344,7 @@ class _Newton:
         recent = [LARGEST]
         for _ in range(ITERATIONS):
             more, rise = self._direction(u, alpha, kept, slope)
-            for halving in range(HALVINGS + 1):
+            for halving in range(RECENT + 1):
                 at = u + 0.5**halving * more, alpha + 0.5**halving * rise
                 kept, slope = self._limited(self._trial(at[0]))
                 missed = self._missed(*at, kept)
@@ -358,7 +355,7 @@ class _Newton:
                 return None
             u, alpha = at
             recent.append(size)
-            if np.abs(missed).max() <= SOLVED:
+            if np.abs(missed).max() <= ROUNDING:
                 x, T = kept[: 3 * self._K].reshape(-1, 3), kept[3 * self._K :]
                 return StepSolution(x, T, u, float(alpha), self.iterations)
         return None

@@ -103,11 +103,6 @@ class Archive:
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r})"
 
-    @property
-    def paths(self) -> list[Path]:
-        """All files ``*.h5``, in order."""
-        return self._found()[0]
-
     def table(self, *, all_columns: bool = False) -> pd.DataFrame:
         """One row per case.
 

@@ -116,7 +116,8 @@ class Conditions:
             H = np.matmul(group.F.transpose(0, 2, 1), group.weighted(square))
             own = np.arange(H.shape[1])
             H[:, own, own] += compliance[group.columns]
-            inverses.append(_inverse(H))
+            # Not by cofactors: the weights of a degenerate contact differ by 1e10, and the small ones would be lost.
+            inverses.append(np.asarray(np.linalg.inv(H)))
         return Weights(self, square, inverses)
 
     def _vector(self, rows: Array) -> ConeVector:
@@ -142,21 +143,6 @@ class Weights:
         """Return ``W⁻² a``."""
         soc, line = self.square
         return ConeVector(np.einsum("mij,mj->mi", soc, a.soc), line * a.line)
-
-
-def _inverse(H: Array) -> Array:
-    """Return the inverses of small matrices, (G, d, d).
-
-    Matrices of three rows are inverted by cofactors.
-    """
-    if H.shape[1] != 3:
-        return np.asarray(np.linalg.inv(H))
-    after, last = [1, 2, 0], [2, 0, 1]
-    columns = H.transpose(0, 2, 1)
-    # Arrays from take are contiguous, for the products that follow.
-    one, other = columns.take(after, axis=1), columns.take(last, axis=1)
-    rows = one.take(after, axis=2) * other.take(last, axis=2) - one.take(last, axis=2) * other.take(after, axis=2)
-    return np.asarray(rows / np.einsum("gi,gi->g", rows[:, 0], H[:, :, 0])[:, None, None])
 
 
 def _groups(E: sp.csr_array, F: sp.csr_array, lines: int) -> list[Group]:

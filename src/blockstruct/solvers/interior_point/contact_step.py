@@ -159,19 +159,20 @@ class Newton:
         target = centre * conditions.identity() - self._squared
         if correction is not None:
             target = target - correction
-        h = self._scaling.divided(self._scaling.point.solve(target)) - self._weights.times(residuals.forces)
-        b = conditions.flow(h) - residuals.flow
+        ahead = self._scaling.divided(self._scaling.point.solve(target))
+        b = conditions.flow(ahead - self._weights.times(residuals.forces)) - residuals.flow
         x, u, alpha = self._forces(b, residuals.equilibrium, residuals.work)
-        for _ in range(REFINEMENTS):
-            y = conditions.of_forces(x)
-            missed = b - problem.compliance * x - conditions.flow(self._weights.times(y)) - problem.AT @ u
-            if not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max():
+        for refinement in range(REFINEMENTS + 1):
+            y = conditions.of_forces(x) + residuals.forces
+            z = ahead - self._weights.times(y)
+            missed = conditions.flow(z) - residuals.flow - problem.compliance * x - problem.AT @ u
+            is_precise = not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max()
+            if is_precise or refinement == REFINEMENTS:
                 break
             equilibrium = residuals.equilibrium + problem.A @ x + alpha * self._w_L
             more = self._forces(missed, equilibrium, residuals.work + float(self._w_L @ u))
             x, u, alpha = x + more[0], u + more[1], alpha + more[2]
-        y = conditions.of_forces(x)
-        return ContactState(x, y + residuals.forces, h - self._weights.times(y), u, alpha)
+        return ContactState(x, y, z, u, alpha)
 
     def _forces(self, b: Array, equilibrium: Array, work: float) -> tuple[Array, Array, float]:
         """Solve the linear equations of a direction for x, u and α.
@@ -323,19 +324,18 @@ class ContactProblem:
         mu = WIDE * displacement * max(abs(alpha), 1e-3) / y.degree
         return ContactState(x, y, mu * y.inverse(), np.zeros(self.A.shape[0]), alpha)
 
-    def beside(self, state: ContactState, gap: float) -> ContactState:
+    def beside(self, state: ContactState) -> ContactState:
         """Return a first state near another state of unit work.
 
-        Forces are unchanged, and pairs are centred.
+        Forces are unchanged. Pairs are centred at a complementarity gap as large as the load factor. Measured: from a
+        tenth of this gap, 2,430 blocks are not solved.
 
         Parameters
         ----------
         state
             State of unit work. Its pairs need not be inside the cones.
-        gap
-            Complementarity gap, in multiples of the load factor.
         """
-        mu = gap * max(abs(state.alpha), 1e-3) / state.y.degree
+        mu = max(abs(state.alpha), 1e-3) / state.y.degree
         # Pairs of two zeros diverge, and the loop detects the result.
         with np.errstate(all="ignore"):
             y = centred(self.conditions.of_forces(state.x) + self.conditions.offset, state.z, mu)
@@ -359,7 +359,7 @@ class ContactProblem:
         return float(self.problem.w_L @ elastic.solve(self.problem.w_L))
 
     def solve(
-        self, step: Step, guess: ContactState, *, centring: float | None, tolerance: float, max_iterations: int
+        self, step: Step, guess: ContactState, *, centre: bool, tolerance: float, max_iterations: int
     ) -> ContactSolution:
         """Solve a step.
 
@@ -368,9 +368,10 @@ class ContactProblem:
         step
             The step.
         guess
-            State to start from. If it is centred, its forces and multipliers need not be inside the cones.
-        centring
-            Complementarity gap of the start, in multiples of the work of the step. With None, the guess is unchanged.
+            State to start from.
+        centre
+            Whether the guess is first centred at a complementarity gap as large as the work of the step. Its forces and
+            multipliers then need not be inside the cones.
         tolerance
             Tolerance of displacements and gap, and ten times the tolerance of forces.
         max_iterations
@@ -378,7 +379,7 @@ class ContactProblem:
         """
         # A diverging state ends in infinities or NaN, and the loop detects them.
         with np.errstate(all="ignore"):
-            start = guess if centring is None else self._centred(step, guess, centring)
+            start = self._centred(step, guess) if centre else guess
             return self._solved(step, start, tolerance, max_iterations)
 
     def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
@@ -417,8 +418,8 @@ class ContactProblem:
                 break
         return found
 
-    def _centred(self, step: Step, guess: ContactState, centring: float) -> ContactState:
-        mu = centring * self._work(step, guess) / guess.y.degree
+    def _centred(self, step: Step, guess: ContactState) -> ContactState:
+        mu = self._work(step, guess) / guess.y.degree
         y = centred(self.conditions.of_forces(guess.x) + self.conditions.offset, guess.z, mu)
         x = self.conditions.forces_of(y, guess.x)
         y = (self.conditions.of_forces(x) + self.conditions.offset).inside(y, 0.1)

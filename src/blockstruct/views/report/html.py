@@ -18,14 +18,12 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup, escape
 
 import blockstruct as bs
-from blockstruct.files import read_file
+from blockstruct.files import MOST_READ, read_file
 from blockstruct.views.output import write_bytes
 from blockstruct.views.report.contents import contents
 from blockstruct.vocabulary import counted
 
 _OWN = "report.html.j2"
-#: Largest size of a template, bytes.
-_MOST_BYTES = 1_000_000
 #: Largest number of rounds of loops and calls in one report; one of 11 or 411 blocks takes 140 for each case.
 _MOST_ROUNDS = 100_000
 #: Suffixes of reports.
@@ -111,7 +109,7 @@ def _environment(template: Path | None = None) -> _Environment:
 
     def source(wanted: str) -> tuple[str, str, None] | None:
         if template is not None and wanted == template.name:
-            return read_file(template, "a template", _MOST_BYTES).decode("utf-8"), wanted, None
+            return read_file(template, "a template", MOST_READ).decode("utf-8"), wanted, None
         if wanted == _OWN:
             return files(__package__).joinpath(_OWN).read_text(encoding="utf-8"), _OWN, None
         return None
