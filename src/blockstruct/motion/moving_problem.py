@@ -50,8 +50,6 @@ class MovedProblem:
         Elongation at which each unbroken tie begins to pull; negative if the tie is longer than allowed.
     longest : (N,) array, m
         Largest length of each tie of the model so far.
-    tight : (N,) array, m
-        Length at which each tie of the model begins to pull.
     elongation : (N,) array, m
         Elongation of each tie from its length in the model; negative if its ends have come closer.
     holds : (N,) array
@@ -70,7 +68,6 @@ class MovedProblem:
     placement: Placement
     slack: Array
     longest: Array
-    tight: Array
     elongation: Array
     holds: Flags
     crushed: Crushed
@@ -321,7 +318,7 @@ class MovingProblem:
             moved = moved.releasing(replace(settlement, row=row, tie_row=tie_row))
         slack = tight[holds] - table.span
         return MovedProblem(
-            moved, contacts, reach, placement, slack, longest, tight, elongation, holds, crushed, statics, self._plane
+            moved, contacts, reach, placement, slack, longest, elongation, holds, crushed, statics, self._plane
         )
 
 
