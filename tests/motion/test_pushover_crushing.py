@@ -108,6 +108,18 @@ def test_crushing_takes_up_work(rocking):
     assert work == pytest.approx(crushed, rel=0.05)
 
 
+def test_a_block_that_turns_far():
+    """Beyond 30° the side of a cube looks at the ground, and meets it only at the edge that its cells stand for."""
+    blocks, _ = single_block(1.0, 1.0)
+    rough = bs.JointMaterial("rough", 1.2, compressive_strength="0.5 MPa")
+    curve = run(model_of(blocks, rough), control="block").capacity
+    angle = turned(curve, "block")
+    assert angle[-1] > np.radians(40)
+    # Friction of 1.2 between cells at different heights.
+    assert curve["load_factor"].to_numpy() == pytest.approx(np.tan(np.arctan(0.96) - angle), abs=1.5e-3)
+    assert curve["energy_error"][5:].max() < 1e-3
+
+
 @pytest.mark.parametrize(
     ("model", "direction", "more"),
     [

@@ -5,8 +5,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from blockstruct.arrays import ROUNDING, Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags, Index
 from blockstruct.geometry.cells import polygon_cells_with_widths
+from blockstruct.geometry.neighbours import expanded
+from blockstruct.geometry.tolerances import FACING
 from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.statics.statics import Statics
 
@@ -89,7 +91,10 @@ class MovingCells:
     joint : (C,) array
         Number of the joint of each cell.
     pair, joint_of_pair : (P,) arrays
-        Pairs of parts of the two faces of a joint, as one number, and the number of the joint.
+        Pairs of parts of the two blocks of a joint, as one number, of which at least one belongs to a face of the
+        joint, and the number of the joint.
+    edge_of_pair, both : (P,) arrays
+        A part of the face of the joint that is on the block of the other part, and whether it belongs to this face.
     bodies : MovingBodies
     """
 
@@ -106,6 +111,8 @@ class MovingCells:
     joint: Index
     pair: Index
     joint_of_pair: Index
+    edge_of_pair: Index
+    both: Flags
     bodies: MovingBodies
 
     @classmethod
@@ -134,8 +141,15 @@ class MovingCells:
         inner, across = np.array([[a[0], b[0]] for a, b in faces], dtype=np.int64).reshape(-1, 2)[joint].T
         point -= centroid[owner]
         off = np.einsum("ki,ki->k", point - bodies.corner[inner, 0], bodies.normal[inner])
-        pairs = [bodies.pair(*np.meshgrid(*both)).ravel() for both in faces]
         none = np.empty(0, dtype=np.int64)
+        pairs: list[tuple[Index, Index, Index, Index]] = [(none, none, none, none)]
+        for k, (ends, (one, two)) in enumerate(zip(blocks, faces, strict=True)):
+            for this, that, block in ((one, two, ends[1]), (two, one, ends[0])):
+                a, b = (grid.ravel() for grid in np.meshgrid(this, np.flatnonzero(bodies.of_part == block)))
+                pairs.append((bodies.pair(a, b), np.full(len(a), k), np.full(len(a), that[0]), 1 * np.isin(b, that)))
+        pair, joint_of_pair, edge_of_pair, both_of_pair = (
+            np.concatenate(column) for column in zip(*pairs, strict=True)
+        )
         count = np.array([len(b) for _, b in faces], dtype=np.int64)
         return cls(
             owner=owner,
@@ -149,8 +163,10 @@ class MovingCells:
             cell=np.repeat(np.arange(len(joint)), count[joint]),
             part=np.concatenate([none, *(faces[k][1] for k in joint)]),
             joint=joint,
-            pair=np.concatenate([none, *pairs]),
-            joint_of_pair=np.repeat(np.arange(len(pairs)), np.array([len(p) for p in pairs], dtype=np.int64)),
+            pair=pair,
+            joint_of_pair=joint_of_pair,
+            edge_of_pair=edge_of_pair,
+            both=both_of_pair.astype(bool),
             bodies=bodies,
         )
 
@@ -189,7 +205,9 @@ class MovingCells:
         distance = np.einsum("ki,ki->k", seen - bodies.corner[self.across, 0], bodies.normal[self.across])
         # Direction in which the faces come closer, in the axes of the owner; its length is the sine of their angle.
         own, closer = bodies.normal[self.inner], -np.einsum("kji,kj->ki", turn, self._pressing(rotation))
-        closer -= np.einsum("ki,ki->k", closer, own)[:, None] * own
+        cosine = np.einsum("ki,ki->k", closer, own)
+        within &= cosine >= np.cos(FACING)
+        closer -= cosine[:, None] * own
         sine = np.linalg.norm(closer, axis=1)
         half = np.einsum("kij,kj->ki", self.width, closer / np.maximum(sine, 1e-300)[:, None]) / 2
         tilt = np.where(depth > 0, 0.0, 2 * np.einsum("ki,ki->k", half, closer))
@@ -227,6 +245,7 @@ class MovingCells:
         """Return contact points with those of cells, the cell of each, −1 if it is none, and all cells.
 
         Cells replace the contact points of the two faces of their joint while one of them lies within the other face.
+        They also replace points where an edge of one of these faces meets the other block.
 
         Parameters
         ----------
@@ -239,8 +258,7 @@ class MovingCells:
         """
         at = self.at(position, rotation, crushed)
         acts = np.flatnonzero(at.within & (np.abs(at.gap) <= reach))
-        covered = self.pair[np.isin(self.joint_of_pair, self.joint[acts])]
-        kept = ~np.isin(self.bodies.pair(*found.part.T), covered)
+        kept = ~self._covered(found, position, rotation, np.isin(self.joint_of_pair, self.joint[acts]))
         cells = Touching(
             minus=self.other[acts],
             plus=self.owner[acts],
@@ -253,3 +271,19 @@ class MovingCells:
         joined = (np.concatenate([getattr(found, f.name)[kept], getattr(cells, f.name)]) for f in fields(Touching))
         cell = np.concatenate([np.full(np.count_nonzero(kept), -1), acts])
         return Touching(*joined), cell, at
+
+    def _covered(self, found: Touching, position: Array, rotation: Array, acts: Flags) -> Flags:
+        """Return whether cells stand for contact points (K,), where some pairs (P,) belong to joints that act."""
+        some = np.flatnonzero(acts)
+        some = some[np.argsort(self.pair[some])]
+        codes = self.bodies.pair(*found.part.T)
+        first, last = (np.searchsorted(self.pair[some], codes, side) for side in ("left", "right"))
+        point, at, _ = expanded(first, last - first)
+        face = self.edge_of_pair[some[at]]
+        body, corner = self.bodies.of_part[face], self.bodies.corner[face]
+        seen = np.einsum("kji,kj->ki", rotation[body], found.position[point] - position[body])
+        off = np.einsum("ki,ki->k", seen - corner[:, 0], self.bodies.normal[face])
+        size = np.ptp(corner, axis=1).max(axis=1, initial=0.0)
+        covered = np.zeros(len(found.gap), dtype=bool)
+        covered[point[self.both[some[at]] | (np.abs(off) <= NEGLIGIBLE * size)]] = True
+        return covered
