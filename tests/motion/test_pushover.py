@@ -442,7 +442,6 @@ def test_bad_input(more, said):
         ("nobody", ROUGH, "no block 'nobody'"),
         ("ground", ROUGH, "does not move"),
         ("block", bs.JointMaterial("mortar", 0.6, cohesion="0.1 MPa"), "cohesion of 100000 Pa"),
-        ("block", bs.JointMaterial("mortar", 0.6, compressive_strength="3 MPa"), "compressive_strength"),
         (
             "block",
             bs.JointMaterial("rough", 0.6, dilatancy_angle="5 deg"),

@@ -1,5 +1,7 @@
 """Pushovers of blocks with inner corners, which touch another block at one point in two directions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,7 @@ def test_no_force_is_remembered_twice(model):
     there = moving.at(rest, 0.02, lengths, lengths)
     x = np.random.default_rng(7).normal(size=(problem.n_points, 3))
     nothing = np.zeros_like(rest.position)
+    at_rest = replace(there.contacts, points=statics.points, cell=np.full(problem.n_points, -1))
     state = MotionState(
         load_factor=0.0,
         position=rest.position,
@@ -86,6 +89,8 @@ def test_no_force_is_remembered_twice(model):
         tie_force=np.zeros(0),
         solver_iterations=0,
         solver_time=0.0,
-        **loaded(statics.points, x * problem.force_unit[:, None]),
+        **loaded(at_rest, x * problem.force_unit[:, None]),
+        crushed_depth=np.zeros(0),
+        crushed_share=np.zeros(0),
     )
     assert there.problem.A @ forces_at(there, state).ravel() == pytest.approx(problem.A @ x.ravel(), abs=1e-9)

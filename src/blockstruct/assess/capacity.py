@@ -248,8 +248,8 @@ def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], fl
 def _instead(model: Model) -> str:
     """Return the remedy for a missing straight curve, as the end of a message."""
     joints = [i.joint_material for i in model.interfaces]
-    strong = any(j.cohesion or j.tensile_strength or np.isfinite(j.compressive_strength) for j in joints)
-    without = ", with joints that have neither cohesion nor a tensile or compressive strength" if strong else ""
+    strong = any(j.cohesion or j.tensile_strength for j in joints)
+    without = ", with joints that have neither cohesion nor a tensile strength" if strong else ""
     return f"run a Pushover{without}"
 
 

@@ -12,7 +12,8 @@ from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.tolerances import SAME_GRID
 
-Cells = tuple[Array, Array]
+#: Centres, areas and widths of cells.
+Cells = tuple[Array, Array, Array]
 
 #: Number of directions of the grids, and their numbers of columns relative to a square grid.
 _TRIED, _COLUMNS = 2, np.linspace(0.7, 1.3, 7)
@@ -40,7 +41,7 @@ def is_rectangle(points: Array) -> bool:
 
 def polygon_cells(
     points: Array, centroid: Array, normal: Array, count: int, name: str, *, regular: bool = False
-) -> Cells:
+) -> tuple[Array, Array]:
     """Return centroids (m, 3) and areas (m,) of about ``count`` cells of a polygon, convex or not.
 
     The cells lie in the plane through the centroid, even if the polygon is not plane. They are a grid over a rectangle
@@ -60,6 +61,16 @@ def polygon_cells(
     GeometryError
         If the outline of the polygon crosses itself.
     """
+    return polygon_cells_with_widths(points, centroid, normal, count, name, regular=regular)[:2]
+
+
+def polygon_cells_with_widths(
+    points: Array, centroid: Array, normal: Array, count: int, name: str, *, regular: bool = False
+) -> Cells:
+    """Return the cells of :func:`polygon_cells`, and matrices W (m, 3, 3) of their widths.
+
+    A cell is ``dᵀ W d`` wide in a direction d along an edge of the grid.
+    """
     arms = points - centroid
     arms = arms - np.outer(arms @ normal, normal)
     edges = np.roll(arms, -1, axis=0) - arms
@@ -71,8 +82,8 @@ def polygon_cells(
     if not shapely.Polygon(corners).is_valid:
         msg = f"interface {name!r}: the outline crosses itself and cannot be divided into cells; correct its corners"
         raise GeometryError(msg)
-    centres, areas = _regular(corners, count) if regular else _graded(corners, count)
-    return centroid + centres @ axes, areas
+    centres, areas, widths = _regular(corners, count) if regular else _graded(corners, count)
+    return centroid + centres @ axes, areas, axes.T @ widths @ axes
 
 
 def _regular(corners: Array, count: int) -> Cells:
@@ -90,8 +101,8 @@ def _graded(corners: Array, count: int) -> Cells:
         # same cells on every machine.
         axis, columns = _best((np.round(corners / np.ptp(corners) / NEGLIGIBLE) * NEGLIGIBLE + 0.0).tobytes(), count)
     axes = _axes(corners, axis + 1)[axis]
-    ((_, (centres, areas)),) = _grids(corners @ axes.T, count, np.array([columns]))
-    return centres @ axes, areas
+    ((_, (centres, areas, widths)),) = _grids(corners @ axes.T, count, np.array([columns]))
+    return centres @ axes, areas, axes.T @ widths @ axes
 
 
 @lru_cache(maxsize=4096)
@@ -101,9 +112,9 @@ def _best(buffer: bytes, count: int) -> tuple[int, float]:
     grids = [
         (axis, columns, centres @ axes, areas)
         for axis, axes in enumerate(_axes(corners, _TRIED))
-        for columns, (centres, areas) in _grids(corners @ axes.T, count, _COLUMNS)
+        for columns, (centres, areas, _) in _grids(corners @ axes.T, count, _COLUMNS)
     ]
-    ((_, (centres, areas)),) = _grids(corners, _FINE * count, np.ones(1))
+    ((_, (centres, areas, _)),) = _grids(corners, _FINE * count, np.ones(1))
     along, _ = _edges(corners)
     across = np.stack([along[:, 1], -along[:, 0]])
     directions = np.concatenate([across, -across, _AROUND], axis=1)
@@ -182,7 +193,9 @@ def _cut(outline: shapely.Polygon, boxes: NDArray[np.object_]) -> Cells:
     parts = shapely.get_parts(shapely.intersection(boxes, outline))
     areas = shapely.area(parts)
     keep = areas > ROUNDING * outline.area
-    return shapely.get_coordinates(shapely.centroid(parts[keep])), areas[keep]
+    x0, y0, x1, y1 = shapely.bounds(parts[keep]).T
+    widths = np.eye(2) * np.column_stack([x1 - x0, y1 - y0])[:, None]
+    return shapely.get_coordinates(shapely.centroid(parts[keep])), areas[keep], widths
 
 
 def _moments(centres: Array, areas: Array, directions: Array) -> Array:

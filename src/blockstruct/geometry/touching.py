@@ -11,7 +11,7 @@ from blockstruct.errors import GeometryError
 from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import DEEP, FACING, LOOKS, NO_CROSSING
+from blockstruct.geometry.tolerances import DEEP, FACING, LARGEST_DEVIATION, LOOKS, NO_CROSSING
 from blockstruct.geometry.triangles import triangulated
 
 
@@ -191,6 +191,8 @@ class Touching:
     level : (K,) array
         1 where a vertex of plus is above a face of minus, 0 where a vertex of minus is above a face of plus, and ½ at
         crossings of edges. The position is at the vertex, or midway.
+    part : (K, 2) array
+        Parts of faces of minus and of plus.
     """
 
     minus: Index
@@ -199,6 +201,7 @@ class Touching:
     normal: Array
     gap: Array
     level: Array
+    part: Index
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,6 +292,26 @@ class MovingBodies:
             radius=radius,
         )
 
+    def face_at(self, body: int, point: Array, normal: Array) -> Index:
+        """Return the parts of the face of a body that is nearest to a plane through a point, m, with a normal."""
+        own = np.flatnonzero(self.of_part == body)
+        size = np.ptp(self.corner[own], axis=(0, 1)).max()
+        tilt = np.linalg.norm(self.normal[own] - normal, axis=1)
+        off = _dots(self.corner[own, 0] - point, self.normal[own]) / size
+        nearest = (tilt + np.abs(off)).argmin()
+        same = np.linalg.norm(self.normal[own] - self.normal[own[nearest]], axis=1) <= NEGLIGIBLE
+        return np.asarray(own[same & (np.abs(off - off[nearest]) <= LARGEST_DEVIATION)])
+
+    def area(self, parts: Index) -> float:
+        """Return the total area of parts, m²."""
+        corner = self.corner[parts]
+        twice = np.cross(corner - corner[:, :1], np.roll(corner, -1, axis=1) - corner[:, :1]).sum(axis=1)
+        return float(_dots(twice, self.normal[parts]).sum() / 2)
+
+    def pair(self, one: Index, other: Index) -> Index:
+        """Return a number for each pair of parts, in any order."""
+        return np.asarray(np.minimum(one, other) * len(self.count) + np.maximum(one, other))
+
     def touching(self, position: Array, rotation: Array, reach: float, size: float) -> Touching:
         """Return the contact points of the bodies at their positions.
 
@@ -355,6 +378,7 @@ class MovingBodies:
             normal=towards[pair, k],
             gap=gap[pair, k],
             level=level[pair, k],
+            part=np.column_stack([second, first])[pair],
         )
 
     def _facing(self, corner: Array, normal: Array, reach: float) -> tuple[Index, Index]:

@@ -208,7 +208,8 @@ class ProcedureSettings(_Checked):
         default with ``crushing="linearised"``.
     crushing_cells
         Approximate number of cells of an interface that crushes and is not a rectangle. A rocking block turns about
-        the middle of the outer row of cells. With 64 cells this reduces its lever by up to 7 %, mostly by 3 to 5 %.
+        the middle of the outer row of cells. With 64 cells this reduces its lever by up to 7 %, mostly by 3 to 5 %. In
+        a pushover and in a large settlement all interfaces that crush have cells, which bear the stress block exactly.
     shear_stiffness_ratio
         Shear over normal stiffness of joints without a shear stiffness, on the loading path. 0.4 is the ratio of an
         elastic layer with a Poisson ratio of 0.2.

@@ -14,7 +14,7 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
-from blockstruct.statics import ContactPoints, Placement
+from blockstruct.statics import Crushed, MovedContacts, Placement
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05
@@ -29,7 +29,8 @@ CERTIFIED, LEAST_WORK = 1e-2, 0.05
 class Course:
     """The states so far.
 
-    Overlaps of blocks and elongations of ties give their forces. Friction remembers the forces of the last state.
+    Overlaps of blocks and elongations of ties give their forces. Friction remembers the forces of the last state. Cells
+    of joints that crush remember what they have lost.
 
     Parameters
     ----------
@@ -74,7 +75,15 @@ class Course:
 
     def at(self, placement: Placement, reach: float) -> MovedProblem:
         """Return the limit problem at a placement after the last state."""
-        return self.problem.at(placement, reach, *self._lengths(placement))
+        return self.problem.at(placement, reach, *self._lengths(placement), self._crushed(placement))
+
+    def _crushed(self, placement: Placement) -> Crushed | None:
+        """Return what cells remember at a placement; None before the first state."""
+        cells, last = self.problem.cells, self.last
+        if last is None:
+            return None
+        force = _forces_of_cells(last, len(cells))
+        return cells.after(_crushed_of(last), force, placement.position, placement.rotation)
 
     def _lengths(self, placement: Placement) -> tuple[Array, Array]:
         """Return the largest lengths (N,) of ties so far, and the lengths at which they begin to pull, m.
@@ -97,13 +106,20 @@ class Course:
         The problem at its placement is set up if it is not given.
         """
         placement = Placement.at(found.position, found.rotation)
-        moved = moved or self.at(placement, found.reach)
+        moved = moved or self._at_state(found)
         problem, time, alpha = moved.problem, found.motion_time, found.load_factor
         x, T = forces_at(moved, found), found.tie_force[moved.holds] / problem.ties.force_unit
         u = moved.velocities(found.twist)
         inertia = self.problem.inertia @ u * (time / found.inertia_time**2)
+        # Where the faces are tilted, the part of a cell that is crushed is at its strength.
+        tilt = moved.of_cells(moved.contacts.cells.tilt, 0.0)
+        part = x[:, 0] / np.where(tilt > 0, tilt, 1.0)
         c = certify(
-            replace(problem, w_D=problem.w_D - inertia),
+            replace(
+                problem,
+                w_D=problem.w_D - inertia,
+                compression=np.where(tilt > 0, np.minimum(part, problem.compression), problem.compression),
+            ),
             x,
             u,
             alpha,
@@ -126,6 +142,9 @@ class Course:
             work=work,
             inertia=kinetic / work,
             tie_elongation=moved.elongation,
+            crushed_depth=moved.crushed.depth,
+            crushed_share=moved.crushed.share,
+            largest_crushed_depth=float(moved.contacts.cells.lost.max(initial=0.0)),
             penetration=moved.penetration,
             equilibrium_residual=c.equilibrium_residual,
             yield_excess=c.yield_excess,
@@ -140,18 +159,34 @@ class Course:
         if before is None or not self.curve:
             return replace(state, energy_error=0.0)
         # Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated, or pushes
-        # blocks into each other until the next step.
+        # blocks into each other until the next step. Crushing has dissipated its part by now.
         dead, pushed, variable = self._work(state)
         u = moved.velocities(carried(before, placement))
         rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
-        missed = abs(dead + pushed - variable * rate - (overlap - self._overlap))
+        crushed = self._crushing(state) - self._crushing(before)
+        missed = abs(dead + pushed - variable * rate - crushed - (overlap - self._overlap))
         done = self._done + _sum_of(dead, pushed)
         return replace(state, energy_error=missed / max(done, 1e-300))
 
     def _overlap_of(self, state: MotionState) -> float:
         """Return the work that closes the overlaps of a state, J."""
-        moved = self.at(Placement.at(state.position, state.rotation), state.reach)
+        moved = self._at_state(state)
         return _overlap(moved, forces_at(moved, state))
+
+    def _at_state(self, state: MotionState) -> MovedProblem:
+        """Return the limit problem of a state after the last one.
+
+        In the first state, cells remember the loading before the curve.
+        """
+        placement = Placement.at(state.position, state.rotation)
+        if self.last is not None:
+            return self.at(placement, state.reach)
+        return self.problem.at(placement, state.reach, *self._lengths(placement), _crushed_of(state))
+
+    def _crushing(self, state: MotionState) -> float:
+        """Return the work that crushing has dissipated before a state, J."""
+        placement = Placement.at(state.position, state.rotation)
+        return self.problem.cells.at(placement.position, placement.rotation, _crushed_of(state)).work
 
     def _work(self, state: MotionState) -> tuple[float, float, float]:
         """Return the work of the loads from the last state of the curve to another, J, by the trapezoidal rule.
@@ -182,8 +217,14 @@ def _sum_of(dead: float, pushed: float) -> float:
 
 
 def _overlap(moved: MovedProblem, x: Array) -> float:
-    """Return the work of contact forces x (K, 3) on the way that closes overlaps, J."""
-    return -float(x[:, 0] @ (moved.problem.force_unit * moved.contacts.gap))
+    """Return the work of contact forces x (K, 3) on the way that closes overlaps, J.
+
+    The overlap of cells under their force is no such way. A cell that is crushed in part sinks on the way to it.
+    """
+    cells, unit = moved.contacts.cells, moved.problem.force_unit
+    gap = moved.contacts.gap + moved.of_cells(cells.compliance, 0.0) * unit * x[:, 0]
+    sinks = (gap > 0) & (moved.of_cells(cells.tilt, 0.0) > 0)
+    return -float(x[:, 0] @ (unit * np.where(sinks, 0.0, gap)))
 
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:
@@ -198,8 +239,9 @@ def carried(state: MotionState, placement: Placement) -> Array:
     return np.column_stack([state.velocity + np.cross(state.angular_velocity, way), state.angular_velocity])
 
 
-def loaded(points: ContactPoints, force: Array) -> dict[str, Any]:
+def loaded(contacts: MovedContacts, force: Array) -> dict[str, Any]:
     """Contact points with a force, (K, 3) in N in the frame of each, as a state keeps them."""
+    points = contacts.points
     frame, some = points.frame[points.interface], force.any(axis=1)
     return {
         "minus_of_contact": points.minus[some],
@@ -207,7 +249,21 @@ def loaded(points: ContactPoints, force: Array) -> dict[str, Any]:
         "point_of_contact": points.position[some],
         "normal_of_contact": frame[some, 0],
         "force_of_contact": np.einsum("kij,ki->kj", frame, force)[some],
+        "cell_of_contact": contacts.cell[some],
     }
+
+
+def _crushed_of(state: MotionState) -> Crushed:
+    """Return what cells remember in a state."""
+    return Crushed(state.crushed_depth, state.crushed_share)
+
+
+def _forces_of_cells(state: MotionState, cells: int) -> Array:
+    """Return the normal forces (C,) of the cells of a state, N."""
+    force, some = np.zeros(cells), state.cell_of_contact >= 0
+    normal = np.einsum("ki,ki->k", state.force_of_contact, state.normal_of_contact)
+    force[state.cell_of_contact[some]] = normal[some]
+    return force
 
 
 def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> Array:
@@ -215,6 +271,7 @@ def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> A
 
     Points belong to the same two blocks and are compared in the axes of each block: a point of a block that slides
     stays where it was on one of the two. Two points at one place with different normals, as in an inner corner, differ.
+    Cells of joints that crush keep their forces.
     """
     points, placement, length = moved.contacts.points, moved.placement, moved.problem.length
     before, force = Placement.at(state.position, state.rotation), np.zeros_like(points.position)
@@ -237,8 +294,16 @@ def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> A
     def apart(row: Index, at: Index) -> list[Array]:
         return [np.linalg.norm(b[at] - a[row], axis=1) for a, b in zip(old, new, strict=True)]
 
-    row, at, distance = nearest(*ends, lambda row, at: np.minimum(*apart(row, at)))
-    row, at = row[distance <= reach], at[distance <= reach]
+    def known(ends: tuple[Index, Index], cell: Index) -> tuple[Index, Index]:
+        """Return the two blocks of each point; a cell has a number of its own beyond those of the blocks."""
+        one, other = (np.where(cell >= 0, len(placement.position) + cell, block) for block in ends)
+        return one, other
+
+    cells = state.cell_of_contact, moved.contacts.cell
+    of_points = known(ends[0], cells[0]), known(ends[1], cells[1])
+    row, at, distance = nearest(*of_points, lambda row, at: np.minimum(*apart(row, at)))
+    same = (distance <= reach) | (cells[0][row] >= 0)
+    row, at = row[same], at[same]
     # Forces turn with the block in whose axes the point is where it was.
     of_lower, of_upper = apart(row, at)
     own = np.where(of_lower <= of_upper, np.minimum(minus, plus)[row], np.maximum(minus, plus)[row])

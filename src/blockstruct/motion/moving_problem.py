@@ -19,6 +19,7 @@ from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
 from blockstruct.model.checks import check_at_block
 from blockstruct.model.fields import label
 from blockstruct.statics import (
+    Crushed,
     MovedContacts,
     MovingLoads,
     MovingStructure,
@@ -49,12 +50,12 @@ class MovedProblem:
         Elongation at which each unbroken tie begins to pull; negative if the tie is longer than allowed.
     longest : (N,) array, m
         Largest length of each tie of the model so far.
-    tight : (N,) array, m
-        Length at which each tie of the model begins to pull.
     elongation : (N,) array, m
         Elongation of each tie from its length in the model; negative if its ends have come closer.
     holds : (N,) array
         Whether each tie is unbroken.
+    crushed : Crushed
+        What the cells of joints that crush remember.
     statics : Statics
         Statics of the structure at rest.
     plane : (3,) array or None
@@ -67,9 +68,9 @@ class MovedProblem:
     placement: Placement
     slack: Array
     longest: Array
-    tight: Array
     elongation: Array
     holds: Flags
+    crushed: Crushed
     statics: Statics
     plane: Array | None
 
@@ -80,10 +81,15 @@ class MovedProblem:
             return None
         return Mirror.about(self.problem, self.plane, self.placement.position, self.contacts.points, ALIKE)
 
+    def of_cells(self, values: Array, other: float) -> Array:
+        """Return the values (K,) of the cells of contact points, given those (C,) of all cells and another."""
+        return np.append(values, other)[self.contacts.cell]
+
     @property
     def penetration(self) -> float:
-        """Deepest penetration, m."""
-        return max(0.0, -float(self.contacts.gap.min(initial=0.0)))
+        """Deepest penetration, m; that of cells is beyond the one under their strength."""
+        beyond = self.contacts.gap + self.of_cells(self.contacts.cells.sinks, 0.0)
+        return max(0.0, -float(beyond.min(initial=0.0)))
 
     def gap(self, work: float) -> Array:
         """Return the gaps (K,) in units of relative velocity.
@@ -170,6 +176,8 @@ class ControlPoint:
 
 #: Overlap of two blocks under the mean dead wrench, in mean block sizes.
 COMPLIANCE = NEGLIGIBLE
+#: Elastic overlap of a joint under its compressive strength, in mean block sizes.
+ELASTIC = 1e-8
 
 
 class MovingProblem:
@@ -212,6 +220,7 @@ class MovingProblem:
         mirror = Mirror.of(problem)
         self._plane = None if mirror is None else mirror.normal
         self.compliance = COMPLIANCE * statics.length / float(problem.wrench_unit.mean())
+        self.cells = self.structure.cells(ELASTIC * statics.length)
 
     @property
     def settlement(self) -> Settlement:
@@ -254,7 +263,9 @@ class MovingProblem:
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)
 
-    def at(self, placement: Placement, reach: float, longest: Array, tight: Array) -> MovedProblem:
+    def at(
+        self, placement: Placement, reach: float, longest: Array, tight: Array, crushed: Crushed | None = None
+    ) -> MovedProblem:
         """Limit problem at a placement.
 
         Parameters
@@ -267,9 +278,12 @@ class MovingProblem:
             Largest length of each tie so far. It decides whether the tie is broken.
         tight : (N,) array, m
             Length from which on each pulls.
+        crushed : Crushed, optional
+            What the cells of joints that crush remember; nothing by default.
         """
         statics, problem = self.statics, self.at_rest.held
-        contacts = self.structure.contacts(placement, reach)
+        crushed = crushed or self.cells.untouched
+        contacts = self.structure.contacts(placement, reach, self.cells, crushed)
         points, K = contacts.points, len(contacts.gap)
         force_unit = np.minimum(self.unit[points.minus], self.unit[points.plus])
         rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
@@ -291,7 +305,7 @@ class MovingProblem:
             dilatancy=points.dilatancy,
             cohesion=points.cohesion,
             tension=points.tension,
-            compression=points.compression,
+            compression=points.compression / force_unit,
             compliance=np.ones((K, 2)),
             rectangles=points.rectangles,
             capacity=np.empty(0),
@@ -304,18 +318,13 @@ class MovingProblem:
             moved = moved.releasing(replace(settlement, row=row, tie_row=tie_row))
         slack = tight[holds] - table.span
         return MovedProblem(
-            moved, contacts, reach, placement, slack, longest, tight, elongation, holds, statics, self._plane
+            moved, contacts, reach, placement, slack, longest, elongation, holds, crushed, statics, self._plane
         )
 
 
 _PARTS = (
     "which is lost where blocks part, in a way that this method does not know: give a joint material without it, and "
     "run a LimitCase for the load factor with it"
-)
-_CRUSHES = (
-    "but what crushes changes the shape of blocks, which keep theirs here: give a joint material without it, which "
-    "raises the curve, or for a body that turns as one take a LimitCase with it: bs.assess.local_mechanism then sets "
-    "its hinge back"
 )
 _LIFTS = (
     "by which sliding lifts blocks, and nothing says how far: give a joint material without it, which lowers the curve"
@@ -324,7 +333,6 @@ _LIFTS = (
 _UNKNOWN_PROPERTIES = {
     "cohesion": (0.0, "Pa", _PARTS),
     "tensile_strength": (0.0, "Pa", _PARTS),
-    "compressive_strength": (np.inf, "Pa", _CRUSHES),
     "dilatancy_angle": (0.0, "rad", _LIFTS),
 }
 #: Ties that large displacements refuse: reason with the remedy.
@@ -352,9 +360,9 @@ def check_moving_case(model: Model, case: MovingCase) -> None:
     UnknownNameError
         If the control point is on a block that the model does not have.
     ModelError
-        If the control point is on a support or outside its block. If a joint has cohesion, tensile strength, a finite
-        compressive strength, dilatancy, infinite friction or a torsion other than at corners. If a tie is prestressed,
-        bonded or a strip.
+        If the control point is on a support or outside its block. If a joint has cohesion, tensile strength,
+        dilatancy, infinite friction or a torsion other than at corners, or a compressive strength with rounded corners.
+        If a tie is prestressed, bonded or a strip.
     """
     who = label(case)
     if isinstance(case, Pushover):
@@ -383,6 +391,13 @@ def check_moving_case(model: Model, case: MovingCase) -> None:
             msg = (
                 f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}, which goes "
                 "with the whole area of a joint: give one with the torsion of corners"
+            )
+            raise ModelError(msg)
+        if isinstance(case, Pushover) and case.corner_rounding and np.isfinite(joint.compressive_strength):
+            msg = (
+                f"{who}: joint material {joint.name!r} has a compressive_strength of {joint.compressive_strength:.6g} "
+                f"Pa, and corner_rounding is {case.corner_rounding:.6g} m; it is known only where corners are sharp: "
+                "give a corner_rounding of 0 m, or a joint material without it"
             )
             raise ModelError(msg)
     for tie in model.ties:

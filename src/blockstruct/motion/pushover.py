@@ -230,6 +230,7 @@ class _Path:
             point_of_contact=none,
             normal_of_contact=none,
             force_of_contact=none,
+            cell_of_contact=nowhere,
         )
         self._course.take(settled)
         way = COMPLIANCE * self._length
@@ -475,6 +476,7 @@ class _Path:
             displacement=time,
             load_factor=0.0 if last is None else last.load_factor,
             mirror=moved.mirror,
+            normal_compliance=moved.of_cells(moved.contacts.cells.compliance, self._problem.compliance),
         )
         solved = solve_step(step, *(moved.velocities(motion) for motion in motions))
         self._spent += 0 if solved is None else solved.iterations
@@ -504,7 +506,9 @@ class _Path:
             tie_force=moved.tie_force(solved.tie_force),
             solver_iterations=0,
             solver_time=0.0,
-            **loaded(moved.contacts.points, solved.x * problem.force_unit[:, None]),
+            crushed_depth=moved.crushed.depth,
+            crushed_share=moved.crushed.share,
+            **loaded(moved.contacts, solved.x * problem.force_unit[:, None]),
         )
 
     def _height(self, last: MotionState) -> float:

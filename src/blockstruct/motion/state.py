@@ -39,6 +39,10 @@ class MotionState:
         The two blocks at each contact point with a force.
     point_of_contact, normal_of_contact, force_of_contact : (P, 3) arrays
         Position, m, direction from the minus to the plus block, and force on the plus block, N.
+    cell_of_contact : (P,) array
+        Cell of a joint that crushes at each contact point with a force, −1 for none; empty without such joints.
+    crushed_depth, crushed_share : (C,) arrays
+        Depth that each cell has lost before the step, m, and share of its area that was crushed in the state before.
     solver_iterations : int
         Iterations of all solutions of the step.
     solver_time : float
@@ -47,17 +51,19 @@ class MotionState:
     displacement : float
         Of the control point along its direction, m.
     dissipation : float
-        Work of friction and of ties per unit of work of the variable load.
+        Work of friction, of crushing and of ties per unit of work of the variable load.
     work : float
         Work of the step, per unit of work of the variable load.
     inertia : float
         Share of the work of inertia in that work.
     tie_elongation : (N,) array
         Of each tie, m, beyond its length in the model.
+    largest_crushed_depth : float
+        Of all joints, m; zero without joints that crush.
     penetration : float
         Deepest penetration, m.
     energy_error : float
-        Of the motion from the state before: work of the loads less what friction and ties dissipate, relative
+        Of the motion from the state before: work of the loads less what friction, crushing and ties dissipate, relative
         to the sum of the magnitudes of all such work so far.
     equilibrium_residual, yield_excess, interpenetration, flow_rule_gap : float
         As in :class:`Certificate`, on the moved geometry, with the force of inertia as a load; openings are those at
@@ -82,6 +88,9 @@ class MotionState:
     point_of_contact: Array
     normal_of_contact: Array
     force_of_contact: Array
+    cell_of_contact: Index
+    crushed_depth: Array
+    crushed_share: Array
     solver_iterations: int
     solver_time: float
 
@@ -90,6 +99,7 @@ class MotionState:
     work: float = np.nan
     inertia: float = np.nan
     tie_elongation: Array = np.nan  # type: ignore[assignment]
+    largest_crushed_depth: float = np.nan
     penetration: float = np.nan
     energy_error: float = np.nan
     equilibrium_residual: float = np.nan

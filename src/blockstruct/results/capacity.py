@@ -80,8 +80,10 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
         ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
     """
     names = state_variables(MotionState)
-    # A model without ties has no tie variables.
-    values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if model.ties or "tie" not in v.dims}
+    # A model without ties has no tie variables, and one without joints that crush no variables of cells.
+    lacks = {"tie"} if not model.ties else set[str]()
+    lacks |= {"cell", "crushed"} if not arrays["crushed_depth"].size else set[str]()
+    values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if not lacks & {*n.split("_"), *v.dims}}
     values |= coordinates_of(model, "step", np.arange(len(arrays["load_factor"])), arrays)
     if isinstance(case, SettlementCase):
         values["reaction"] = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
@@ -231,8 +233,13 @@ def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
     for field in fields(MotionState):
-        # A model without ties has no tie variables.
-        values = capacity[field.name].to_numpy() if field.name in capacity else np.empty((n, 0))
+        # A model without ties has no tie variables, and one without joints that crush no variables of cells.
+        if field.name in capacity:
+            values = capacity[field.name].to_numpy()
+        elif field.name == "cell_of_contact":
+            values = np.full(capacity.sizes["contact"], -1)
+        else:
+            values = np.zeros(n) if known[field.name].dims == ("step",) else np.empty((n, 0))
         if "contact" in known[field.name].dims:
             columns[field.name] = np.split(values, of_next)
         elif known[field.name].dims != ("step",):

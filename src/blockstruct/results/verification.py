@@ -287,6 +287,9 @@ AT_ONE_WATT = 1e-5
 _FOLLOWS = {
     "displacement": True,
     "tie_elongation": True,
+    "crushed_depth": True,
+    "crushed_share": False,
+    "largest_crushed_depth": True,
     "penetration": True,
     "dissipation": False,
     "work": False,

@@ -38,7 +38,8 @@ class StepProblem:
         ``A x + Σ a_j T_j + w_D + α w_L = M Δu``, and ``w_L·Δu = s`` or α given
 
     A contact is elastic. Its normal force follows from the overlap at the end of the step, ``n = −(g + Δu_n) / C ≥ 0``.
-    Its friction force changes by the slip of the step, ``−Δu_t / C``, and then moves back to the disc ``μ n``. There is
+    A cell that crushes bears at most its strength.
+    The friction force changes by the slip of the step, ``−Δu_t / C``, and then moves back to the disc ``μ n``. There is
     no dilatancy. A tie pulls by its elongation at the end of the step divided by C, at most by its capacity.
 
     Attributes
@@ -61,6 +62,8 @@ class StepProblem:
         Prescribed load factor, or a first guess.
     mirror : Mirror or None
         The problem of half of the structure, if it is its own mirror image. The solution is then symmetrical.
+    normal_compliance : (K,) array, optional
+        ``C`` of normal forces, m/N.
     """
 
     problem: LimitProblem
@@ -72,6 +75,7 @@ class StepProblem:
     displacement: float | None
     load_factor: float = 0.0
     mirror: Mirror | None = None
+    normal_compliance: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +158,7 @@ def _solve_half(step: StepProblem, mirror: Mirror, motion: Array, near: Array) -
         gap=step.gap[first] * number,
         inertia=sp.csr_array(T.T @ step.inertia @ T),
         force=step.force[first],
+        normal_compliance=None if step.normal_compliance is None else step.normal_compliance[first],
     )
     found = _solve(of_half, (T.T @ motion) / size, (T.T @ near) / size)
     if found is None:
@@ -197,8 +202,11 @@ class _Springs:
         step, problem = newton.step, newton.step.problem
         self._step, self._B, self._BT, self._points = step, newton.B, newton.BT, 3 * problem.n_points
         self._friction, self._w_D, self._w_L = problem.friction, problem.w_D, problem.w_L
+        self._strength = problem.compression
         self._elastic, self._unmoved = newton.stiffness, newton.unmoved
         self._unit = 1 / np.sqrt(step.compliance * newton.stiffness)
+        # Friction has the compliance of all contacts, normal forces may have another one.
+        self._unit[: self._points : 3] = self._unit[1 : self._points : 3]
         self._force = np.concatenate([step.force.ravel(), np.zeros(len(problem.ties))])
         self._moved = newton.BT @ motion
         self._limit = self._friction * np.maximum(step.force[:, 0], 0.0)
@@ -265,7 +273,7 @@ class _Springs:
     def _normal(self) -> Array:
         """Return normal forces (K,) for the trial forces."""
         own = slice(0, self._points, 3)
-        return np.asarray(np.maximum(self._fixed[own] + self._share[own] * self._trial[own], 0.0))
+        return np.asarray(np.clip(self._fixed[own] + self._share[own] * self._trial[own], 0.0, self._strength))
 
     def _within_friction(self) -> Array:
         """Return forces within the friction of their own normal forces."""
@@ -275,7 +283,7 @@ class _Springs:
         """Return forces for the trial forces and limits (K,) of friction."""
         force: Array = self._fixed + self._share * self._trial
         x = force[: self._points].reshape(-1, 3)
-        np.maximum(x[:, 0], 0.0, out=x[:, 0])
+        np.clip(x[:, 0], 0.0, self._strength, out=x[:, 0])
         size = np.maximum(np.hypot(x[:, 1], x[:, 2]), 1e-300)
         x[:, 1:] *= np.minimum(limit / size, 1.0)[:, None]
         np.clip(force[self._points :], 0.0, self._step.problem.ties.capacity, out=force[self._points :])
@@ -290,6 +298,8 @@ def unmoved(step: StepProblem) -> tuple[Array, Array]:
     problem, K = step.problem, 3 * step.problem.n_points
     unit = np.concatenate([np.repeat(problem.force_unit, 3), problem.ties.force_unit])
     stiffness = 1 / (step.compliance * unit**2)
+    if step.normal_compliance is not None:
+        stiffness[:K:3] = 1 / (step.normal_compliance * problem.force_unit**2)
     force = np.concatenate([step.force.ravel(), -stiffness[K:] * step.slack])
     force[:K:3] = -stiffness[:K:3] * step.gap
     return force, stiffness
@@ -393,14 +403,15 @@ class _Newton:
         """Return forces within the limits and the entries of their derivatives."""
         problem, K = self.step.problem, self._K
         free = trial[: 3 * K].reshape(-1, 3)
-        kept, slope = limited(free, problem.friction * np.maximum(free[:, 0], 0.0), problem.friction)
+        most = problem.friction * np.clip(free[:, 0], 0.0, problem.compression)
+        kept, slope = limited(free, most, problem.friction, problem.compression)
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
 
 
-def limited(free: Array, limit: Array, friction: Array) -> tuple[Array, Array]:
-    """Return contact forces (K, 3) within limits of tension and friction, and their derivatives (K, 3, 3).
+def limited(free: Array, limit: Array, friction: Array, strength: Array | float = np.inf) -> tuple[Array, Array]:
+    """Return contact forces (K, 3) within limits of tension, crushing and friction, and their derivatives (K, 3, 3).
 
     Parameters
     ----------
@@ -410,14 +421,17 @@ def limited(free: Array, limit: Array, friction: Array) -> tuple[Array, Array]:
         Largest friction.
     friction : (K,) array
         Derivative of the limit to the normal force.
+    strength : (K,) array
+        Largest normal force.
     """
-    n, size = np.maximum(free[:, 0], 0.0), np.maximum(np.hypot(free[:, 1], free[:, 2]), 1e-300)
+    n, size = np.clip(free[:, 0], 0.0, strength), np.maximum(np.hypot(free[:, 1], free[:, 2]), 1e-300)
+    presses = (n > 0) & (free[:, 0] < strength)
     slides = size > np.maximum(limit, 1e-300)
     share = np.where(slides, limit, 1.0) / np.where(slides, size, 1.0)
     along = free[:, 1:] / size[:, None]
     slope = np.zeros((len(n), 3, 3))
-    slope[:, 0, 0] = n > 0
+    slope[:, 0, 0] = presses
     slope[:, 1, 1] = slope[:, 2, 2] = share
     slope[:, 1:, 1:] -= (slides * share)[:, None, None] * along[:, :, None] * along[:, None]
-    slope[:, 1:, 0] = ((slides & (n > 0)) * friction)[:, None] * along
+    slope[:, 1:, 0] = ((slides & presses) * friction)[:, None] * along
     return np.column_stack([n, share[:, None] * free[:, 1:]]), slope

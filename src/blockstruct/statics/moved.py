@@ -13,6 +13,7 @@ from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.moving_cells import Crushed, MovingCells, PlacedCells
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import applied_loads, summed
@@ -143,11 +144,17 @@ class MovedContacts:
         Gaps; negative for a penetration.
     A : (6 F, 3 K) sparse array
         Equilibrium matrix in the axes of each block; moments are divided by the characteristic length of the statics.
+    cell : (K,) array
+        Cell of each contact point in a joint that crushes; −1 elsewhere.
+    cells : PlacedCells
+        All cells of joints that crush.
     """
 
     points: ContactPoints
     gap: Array
     A: sp.csc_array
+    cell: Index
+    cells: PlacedCells
 
 
 class MovingStructure:
@@ -159,7 +166,7 @@ class MovingStructure:
         Statics of the structure in the model. Two blocks with a joint in the model keep its friction wherever they
         touch. Two blocks without one get the least friction of the joints of either block.
     rounding
-        Radius of the corners of blocks, m.
+        Radius of the corners of blocks, m; zero if joints crush.
 
     Raises
     ------
@@ -183,12 +190,22 @@ class MovingStructure:
             np.minimum.at(least, block, points.friction)
         self._least = np.where(np.isfinite(least), least, points.friction.min())
 
-    def contacts(self, placement: Placement, reach: float) -> MovedContacts:
-        """Return the contacts at a placement with gaps up to ``reach``, m."""
-        statics = self.statics
-        points, gap, _ = self.points(placement, reach)
+    def cells(self, elastic: float) -> MovingCells:
+        """Return the cells of joints that crush, with their elastic overlap under the strength, m."""
+        return MovingCells.of(self.statics, self._bodies, elastic)
+
+    def contacts(self, placement: Placement, reach: float, cells: MovingCells, crushed: Crushed) -> MovedContacts:
+        """Return the contacts at a placement with gaps up to ``reach``, m.
+
+        ``cells`` are those of joints that crush, and ``crushed`` is what they remember.
+        """
+        statics, at = self.statics, (placement.position, placement.rotation)
+        found = self._bodies.touching(*at, reach, statics.length)
+        found, cell, placed = cells.joined(found, *at, crushed, reach)
+        points = self._points(found, placement.rotation)
+        points = replace(points, compression=np.append(cells.strength, np.inf)[cell])
         A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
-        return MovedContacts(points, gap, A)
+        return MovedContacts(points, found.gap, A, cell, placed)
 
     def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array, Array]:
         """Return the contact points at a placement with gaps up to ``reach``, m, their gaps (K,), m, and levels (K,).

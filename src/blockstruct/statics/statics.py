@@ -34,6 +34,8 @@ class Statics:
         needs no joint.
     length : float
         Characteristic length, m.
+    division : Division
+        Division of interfaces that crush.
     """
 
     model: Model
@@ -44,6 +46,7 @@ class Statics:
     free: Index
     held: Flags
     length: float
+    division: Division
 
     @classmethod
     def of(cls, model: Model, division: Division | None = None) -> Self:
@@ -51,7 +54,8 @@ class Statics:
 
         ``division`` sets how interfaces that crush are divided into cells.
         """
-        points = ContactPoints.of(model, division or Division())
+        division = division or Division()
+        points = ContactPoints.of(model, division)
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length
@@ -73,4 +77,5 @@ class Statics:
             free=free,
             held=held,
             length=length,
+            division=division,
         )
