@@ -317,6 +317,7 @@ class Way(StrEnum):
     LOWER_END = "lower end of the range"
     UPPER_END = "upper end of the range"
     UNIFORM_TORSION = "torsion of uniform pressure"
+    LOWERED_FRICTION = "friction without excess of torsion"
     BIAXIAL = "crushing about both axes"
     OTHER_PROCEDURE = "another procedure"
     WEIGHTS = "displacement of the weights"

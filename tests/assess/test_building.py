@@ -84,7 +84,7 @@ def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
     """A variant that is lower has notes of its own, whose effects were not known. Each direction has an estimate."""
     runs = []
 
-    def noted(run, *, is_estimate=False):
+    def noted(run, *, is_estimate=False, hear=None):
         runs.append((run.name, is_estimate))
         return run
 
@@ -96,7 +96,7 @@ def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
 def test_an_estimated_effect_may_decide_which_direction_governs(monkeypatch):
     """Along y a block is twice as safe. If a remedy leaves it a fifth, the variants are run there."""
 
-    def noted(run, *, is_estimate=False):
+    def noted(run, *, is_estimate=False, hear=None):
         low = 0.2 * run.load_factor if run.case.variable.name == "push +y" else np.nan
         return run.changed(outcome=replace(run.outcome, uniform_torsion=low, estimated=is_estimate))
 
@@ -105,6 +105,31 @@ def test_an_estimated_effect_may_decide_which_direction_governs(monkeypatch):
     assert (found.verdict.direction, list(found.analysis.spreads)) == ("+y", ["push +y"])
     assert found.verdict.ratio == pytest.approx(0.2 * 0.5 / 1.35 / 0.06, rel=1e-5)
     assert not found.governing.result.outcome.estimated
+
+
+def test_the_run_of_a_remedy_is_relied_on_and_drawn(monkeypatch, tmp_path):
+    """The check is of the run of the remedy, with its own motion; its range reaches the case as given."""
+
+    def noted(run, *, is_estimate=False, hear=lambda *_: None):
+        if run.of_case:
+            return run
+        low = run.changed(outcome=replace(run.outcome, load_factor=0.9 * run.load_factor))
+        hear("uniform_torsion", low)
+        return run.changed(outcome=replace(run.outcome, uniform_torsion=low.load_factor, estimated=is_estimate))
+
+    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
+    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    verdict, relied = found.verdict, found.governing.governing
+    given = found.analysis["push +x"].load_factor
+    assert (relied.name, verdict.run) == ("push +x [torsion of uniform pressure]", "torsion of uniform pressure")
+    assert relied.load_factor == verdict.governing.alpha == pytest.approx(0.9 * given)
+    assert verdict.range == pytest.approx((verdict.ratio, verdict.ratio / 0.9))
+    assert verdict.alphas == pytest.approx((0.9 * given, given))
+    assert found.table["relied on"]["push +x"] == "collapse mechanism [torsion of uniform pressure]"
+    assert verdict.relied_on in str(found)
+    page = found.report(tmp_path / "block.html").read_text(encoding="utf-8")
+    assert "How “push +x [torsion of uniform pressure]” moves" in page
+    assert f"{0.9 * given:.4g} to {given:.4g} over steps" in page
 
 
 def test_an_interrupt_ends_the_whole_building(monkeypatch):

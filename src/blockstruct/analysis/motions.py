@@ -6,7 +6,7 @@ the first solutions.
 """
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -22,7 +22,7 @@ from blockstruct.limit.motion import velocities_of
 from blockstruct.limit.program import ProgramData, Solution, Solver
 from blockstruct.limit.response import RecordState
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.model import Model, RecordCase, has_curve
+from blockstruct.model import Interface, JointMaterial, Model, RecordCase, has_curve
 from blockstruct.model.fields import changed
 from blockstruct.motion import MotionState, MovingProblem, follow, respond
 from blockstruct.procedures import load_factor_at, solve_limit_case
@@ -35,7 +35,8 @@ from blockstruct.results.capacity import (
     steps_of,
 )
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.history import forces_in, motions_in
+from blockstruct.results.history import forces_in, history_of, motions_in
+from blockstruct.results.interfaces import corner_torsion
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status, Torsion
@@ -234,36 +235,70 @@ def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:
 COMPARED = 4
 
 
-def with_effects(result: CaseResult, *, is_estimate: bool = False) -> CaseResult:
+def with_effects(
+    result: CaseResult, *, is_estimate: bool = False, hear: Callable[[str, CaseResult], object] = lambda *_: None
+) -> CaseResult:
     """Return a result with the load factor that the remedy of each note gives.
 
     A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
     the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times the time of
     the case. With ``is_estimate`` torsion and crushing take a fifth of it: the load factors of both loading paths are
     compared after ``COMPARED`` steps. docs/theory/torsion.md compares the estimates with the remedy.
+
+    Parameters
+    ----------
+    result, is_estimate
+        The case, and whether its loading paths are compared at their beginning only.
+    hear
+        Called with the name of each fact, and the run that gives it.
     """
+    settings = result.settings
+    other = "fictitious" if settings.procedure == "loading path" else "loading path"
+    remedies = {
+        "uniform_torsion": (_uniform, settings),
+        "lowered_friction": (_lowered, settings),
+        "biaxial_crushing": (_same, replace(settings, crushing="conic", crushing_interaction="biaxial")),
+        "other_procedure": (_same, replace(settings, procedure=other)),
+    }
     facts: dict[str, Any] = {}
-    wanted = result.wanted_effects
-    load_factor = _estimated if is_estimate else _load_factor
-    if "uniform_torsion" in wanted:
-        facts["uniform_torsion"] = load_factor(_uniform(result.model), result, result.settings)
-    if "biaxial_crushing" in wanted:
-        exact = replace(result.settings, crushing="conic", crushing_interaction="biaxial")
-        facts["biaxial_crushing"] = load_factor(result.model, result, exact)
-    facts |= {"estimated": is_estimate} if facts else {}
-    if "other_procedure" in wanted:
-        other = "fictitious" if result.settings.procedure == "loading path" else "loading path"
-        facts["other_procedure"] = _load_factor(result.model, result, replace(result.settings, procedure=other))
-    return result.changed(outcome=replace(result.outcome, **facts)) if facts else result
+    for name in result.wanted_effects:
+        changed_model, changed_settings = remedies[name]
+        if is_estimate and name != "other_procedure":
+            facts[name] = _estimated(changed_model(result), result, changed_settings)
+            continue
+        run = _run(changed_model(result), result, changed_settings)
+        hear(name, run)
+        facts[name] = run.load_factor if run.status is Status.CONVERGED else np.nan
+    if not facts:
+        return result
+    return result.changed(outcome=replace(result.outcome, estimated=is_estimate, **facts))
 
 
-def _uniform(model: Model) -> Model:
-    """Return a model whose joints have the torsion of uniform pressure."""
-    joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in model.joint_materials.items()}
+def _same(result: CaseResult) -> Model:
+    return result.model
+
+
+def _uniform(result: CaseResult) -> Model:
+    """Return the model of a case with the torsion of uniform pressure in its joints."""
+    materials = result.model.joint_materials.items()
+    joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in materials}
+    return _with_joints(result.model, lambda i: joints[i.joint_material.name])
+
+
+def _lowered(result: CaseResult) -> Model:
+    """Return the model of a case with the friction of each joint divided by its excess of torsion."""
+    times = corner_torsion(result.model, result.history)["times"].clip(lower=1.0)
+
+    def lowered(interface: Interface) -> JointMaterial:
+        joint, excess = interface.joint_material, float(times[interface.name])
+        return joint if excess == 1 else joint.varied(friction_coefficient=joint.friction_coefficient / excess)
+
+    return _with_joints(result.model, lowered)
+
+
+def _with_joints(model: Model, joint_of: Callable[[Interface], JointMaterial]) -> Model:
     # The shapes are unchanged, and need no second check.
-    other: Model = changed(
-        model, interfaces=tuple(i.with_joint_material(joints[i.joint_material.name]) for i in model.interfaces)
-    )
+    other: Model = changed(model, interfaces=tuple(i.with_joint_material(joint_of(i)) for i in model.interfaces))
     return other
 
 
@@ -276,19 +311,33 @@ def _estimated(model: Model, result: CaseResult, settings: ProcedureSettings) ->
     displacement, alpha = (result.history[name].to_numpy()[of_path] for name in ("displacement", "load_factor"))
     if not len(alpha) > COMPARED:
         return np.nan
-    problem, bound = _problem(model, result, settings), result.associative_load_factor
+    problem, bound = _problem(model, result, settings)[1].at_unit_load, result.associative_load_factor
     at_same = load_factor_at(displacement[COMPARED], problem, bound, settings)
     return result.load_factor * at_same / float(alpha[COMPARED])
 
 
-def _load_factor(model: Model, result: CaseResult, settings: ProcedureSettings) -> float:
-    """Return the load factor of a case with another model and other settings; NaN without a settled one."""
-    outcome = conclude(
-        solve_limit_case(_problem(model, result, settings), result.case.flow, settings, solver_of(settings))
+def _run(model: Model, result: CaseResult, settings: ProcedureSettings) -> CaseResult:
+    """Return the result of a case with another model and other settings, in memory."""
+    start, iterations = perf_counter(), list[Iteration]()
+    statics, problem = _problem(model, result, settings)
+    steps = solve_limit_case(problem.at_unit_load, result.case.flow, settings, solver_of(settings))
+    outcome = conclude(steps, iterations.append)
+    proof = iterations[-1].certificate if outcome.status is Status.CONVERGED else None
+    return replace(
+        result,
+        model=model,
+        settings=settings,
+        outcome=outcome,
+        certificate=proof,
+        history=history_of(statics, problem, iterations),
+        duration=perf_counter() - start,
+        path_dependence=None,
+        capacity=None,
+        curve_outcome=None,
     )
-    return outcome.load_factor if outcome.status is Status.CONVERGED else np.nan
 
 
-def _problem(model: Model, result: CaseResult, settings: ProcedureSettings) -> LimitProblem:
-    """Return the limit problem of a case with another model and other settings."""
-    return LimitProblem.of(Statics.of(model, Division(settings.crushing_cells)), result.case).at_unit_load
+def _problem(model: Model, result: CaseResult, settings: ProcedureSettings) -> tuple[Statics, LimitProblem]:
+    """Return statics and limit problem of a case with another model and other settings."""
+    statics = Statics.of(model, Division(settings.crushing_cells))
+    return statics, LimitProblem.of(statics, result.case)

@@ -1,7 +1,7 @@
 """Every direction of a building in one call: runs, checks, one verdict, one table, one report."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -17,7 +17,7 @@ from blockstruct.analysis.motions import with_effects
 from blockstruct.analysis.plan import runs_of
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.floor_spectrum import FloorSpectrum
-from blockstruct.assess.local_mechanism import local_mechanism
+from blockstruct.assess.local_mechanism import REMEDIES, local_mechanism
 from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.unit_sizes import UnitSizes
@@ -25,11 +25,13 @@ from blockstruct.assess.verdict import Verdict
 from blockstruct.errors import ModelError, StorageError, made_again
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
+from blockstruct.model.fields import changed
 from blockstruct.notebook import html_table, is_watched
 from blockstruct.results import Spread
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
-from blockstruct.text import NoteCode, assessment, told_apart
+from blockstruct.results.spread import run_name
+from blockstruct.text import NoteCode, Severity, assessment, told_apart
 from blockstruct.vocabulary import Stage, Status
 
 #: Directions of a building with walls along x and y.
@@ -112,7 +114,7 @@ class Building:
                     "a0* [meter / second ** 2]": check.acceleration,
                     "ratio": lowest,
                     "highest ratio": highest,
-                    "relied on": verdict.governing.name,
+                    "relied on": verdict.relied_on,
                     "satisfied": verdict.satisfied,
                     "governs": name == governs,
                 }
@@ -265,10 +267,11 @@ def building(  # noqa: PLR0913
         if name not in analysis.spreads:
             others = [result for result in results.values() if result.name != name]
             more = _complete(manager.vary(results[name], *others), store)
-        low = with_effects(more.spread(name).relied_on)
+        remedies: dict[str, CaseResult] = {}
+        low = with_effects(more.spread(name).relied_on, hear=remedies.__setitem__)
         more = more.replaced(results={**more, low.name: low})
         results |= {run: more[run] for run in more if name in (run, more[run].of_case)}
-        checks[name] = checked(more.spread(name))
+        checks[name] = _lowest(name, checked(more.spread(name)), remedies, checked)
     governs = _governing(checks)
     if unit_sizes is not None:
         checks[governs] = replace(checks[governs], notes=(*checks[governs].notes, *unit_sizes.notes))
@@ -312,6 +315,36 @@ def _complete(analysis: Analysis, store: str | Path | None) -> Analysis:
 
 def _governing(checks: Mapping[str, LocalMechanismCheck]) -> str:
     return min(checks, key=lambda name: checks[name].verdict.share)
+
+
+def _lowest(
+    name: str,
+    check: LocalMechanismCheck,
+    remedies: Mapping[str, CaseResult],
+    checked: Callable[[CaseResult], LocalMechanismCheck],
+) -> LocalMechanismCheck:
+    """Return the check of the remedy that governs, with its own motion; the check itself if none does.
+
+    Parameters
+    ----------
+    name, check
+        The case, and the check of its path, which counts remedies by their load factors alone.
+    remedies
+        Runs of remedies by the fact that each gives.
+    checked
+        Makes a check of a run.
+    """
+    factors = [way.load_factor * check.result.load_factor for way in check.verdict.ways]
+    while (way := check.verdict.governing.way) in REMEDIES and (run := remedies.get(REMEDIES[way])) is not None:
+        case = changed(run.case, name=run_name(name, str(way)))
+        run = run.changed(case=case, schedule=str(way), of_case=name, path_dependence=(min(factors), max(factors)))
+        own = checked(with_effects(run))
+        rest = replace(check, others=tuple(other for other in check.others if other.way is not way))
+        if own.verdict.share <= rest.verdict.share:
+            stays = [note for note in check.notes if note.change is not None or note.severity is Severity.WARNING]
+            return replace(own, notes=tuple(dict.fromkeys([*stays, *own.notes])))
+        check = rest
+    return check
 
 
 def _last(result: CaseResult) -> CaseResult:

@@ -42,6 +42,7 @@ _CODES = {
     Way.LOWER_END: NoteCode.RANGE,
     Way.UPPER_END: NoteCode.RANGE,
     Way.UNIFORM_TORSION: NoteCode.CORNER_TORSION,
+    Way.LOWERED_FRICTION: NoteCode.ELLIPSOID_TORSION,
     Way.BIAXIAL: NoteCode.BIAXIAL_CRUSHING,
     Way.OTHER_PROCEDURE: NoteCode.JAMMED_PART,
     Way.WEIGHTS: NoteCode.CONTROL_POINT,
@@ -125,6 +126,7 @@ class LocalMechanismCheck:
             floor if self.relied_on == METHODS["linear"] else np.nan,
             tuple(note for note in self.notes if note.severity is Severity.WARNING),
             self.result.settled,
+            self.result.schedule,
         )
 
     @property

@@ -40,6 +40,13 @@ from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Procedure, Status, Way, listed
 
 g = STANDARD_GRAVITY
+#: Fact of an outcome that has the load factor of each remedy of a note.
+REMEDIES = {
+    Way.UNIFORM_TORSION: "uniform_torsion",
+    Way.LOWERED_FRICTION: "lowered_friction",
+    Way.BIAXIAL: "biaxial_crushing",
+    Way.OTHER_PROCEDURE: "other_procedure",
+}
 
 
 def local_mechanism(  # noqa: PLR0913
@@ -324,13 +331,8 @@ class _Request:
             ways.append(WayOfChecking(Way.UPPER_END, high * alpha, e_star, one, motion, high))
         # The notes of the case state the effect of these remedies on its load factor.
         outcome = found.outcome
-        remedies = {
-            Way.UNIFORM_TORSION: outcome.uniform_torsion,
-            Way.BIAXIAL: outcome.biaxial_crushing,
-            Way.OTHER_PROCEDURE: outcome.other_procedure,
-        }
-        for way, load_factor in remedies.items():
-            low = load_factor / found.load_factor
+        for way, fact in REMEDIES.items():
+            low = getattr(outcome, fact) / found.load_factor
             if abs(low - 1) > EFFECT and (one := state(low * a0)):
                 is_estimate = outcome.estimated and way is not Way.OTHER_PROCEDURE
                 ways.append(WayOfChecking(way, low * alpha, e_star, one, motion, low, is_estimate))

@@ -69,6 +69,8 @@ class Verdict:
         Warnings to settle first. The check is not satisfied while there is one.
     settled : bool
         Whether the load factor has settled.
+    run : str
+        The variant of the path, or the remedy, that is relied on; empty for the case as given.
     """
 
     case: str
@@ -77,11 +79,17 @@ class Verdict:
     floor: float
     open: tuple[Note, ...]
     settled: bool
+    run: str = ""
 
     @property
     def governing(self) -> WayOfChecking:
         """The way with the lowest ratio."""
         return self.ways[0]
+
+    @property
+    def relied_on(self) -> str:
+        """Name of that way, and of its run."""
+        return f"{self.governing.name} [{self.run}]" if self.run else self.governing.name
 
     @property
     def state(self) -> LimitState:
@@ -136,6 +144,7 @@ class Verdict:
             self.governing.way,
             self.governing.alpha,
             self.governing.e_star,
+            run=self.run,
             ends=self.range,
             floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - ACCURACY) * self.ratio else None,
             is_estimate=self.governing.is_estimate,

@@ -156,8 +156,11 @@ class Outcome:
     uniform_torsion, biaxial_crushing : float
         Load factor of the same case with the torsion of uniform pressure, and with crushing about both axes; NaN if it
         was not found, because no note needs it.
+    lowered_friction : float
+        Load factor of the same case with the friction of each joint divided by its excess of torsion; NaN if no note
+        needs it.
     estimated : bool
-        Whether these are estimates by the first steps of the loading path.
+        Whether ``uniform_torsion`` and ``biaxial_crushing`` are estimates by the first steps of the loading path.
     other_procedure : float
         Load factor of the same case by another procedure, if it depends on self-stress; NaN otherwise.
     hung, jammed : tuple of int
@@ -179,6 +182,7 @@ class Outcome:
     collapse_time: float = np.nan
     uniform_torsion: float = np.nan
     biaxial_crushing: float = np.nan
+    lowered_friction: float = np.nan
     estimated: bool = False
     other_procedure: float = np.nan
     hung: tuple[int, ...] = ()

@@ -210,6 +210,7 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
 #: Notes on torsion that its measured effect replaces.
 _OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
+_OF_ELLIPSOID = (NoteCode.ELLIPSOID_TORSION, NoteCode.ELLIPSOID_TORSION_POSSIBLE)
 #: Figures of a result.
 _KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
 
@@ -550,10 +551,11 @@ class CaseResult:
     def wanted_effects(self) -> tuple[str, ...]:
         """Names of the outcome's facts that the notes ask for: load factors without the cause of a note.
 
-        They are ``uniform_torsion``, ``biaxial_crushing`` and ``other_procedure``.
+        They are ``uniform_torsion``, ``lowered_friction``, ``biaxial_crushing`` and ``other_procedure``.
         """
         wanted = {
             "uniform_torsion": any(note.code in _OF_CORNERS for note in self._torsion),
+            "lowered_friction": any(note.code in _OF_ELLIPSOID for note in self._torsion),
             "biaxial_crushing": self._crushing is not None,
             "other_procedure": any(note.code in (NoteCode.JAMMED, NoteCode.JAMMED_PART) for note in self._caveats),
         }
@@ -581,13 +583,19 @@ class CaseResult:
     def _torsion(self) -> list[Note]:
         if self.status is not Status.CONVERGED:
             return []
-        changed = self.outcome.uniform_torsion
-        if np.isnan(changed):
-            return torsion_notes(self.model, self.history, self.answer.name)
-        effect = self._effect(NoteCode.CORNER_TORSION, changed)
-        # In narrow joints the remedy leaves much of the excess.
-        left = torsion_notes(self.model, self.history, self.answer.name, limited=True)
-        return [*([effect] if effect else []), *left]
+        effects = [
+            self._effect(code, changed)
+            for code, changed in (
+                (NoteCode.CORNER_TORSION, self.outcome.uniform_torsion),
+                (NoteCode.ELLIPSOID_TORSION, self.outcome.lowered_friction),
+            )
+            if not np.isnan(changed)
+        ]
+        # In narrow joints the first remedy leaves much of the excess.
+        limited = not np.isnan(self.outcome.uniform_torsion)
+        found = torsion_notes(self.model, self.history, self.answer.name, limited=limited)
+        rest = [] if not np.isnan(self.outcome.lowered_friction) else found
+        return [*filter(None, effects), *rest]
 
     @property
     def _crushing(self) -> Note | None:

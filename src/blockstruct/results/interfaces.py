@@ -578,7 +578,9 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bo
             worst = joints[joints["share"] > 0].sort_values("share", ascending=False)
         else:
             # Joints that do not move do no work, but their torsion may hold the structure all the same.
-            worst = joints[joints["times"] > _BY_FORCE].sort_values("times", ascending=False)
+            # Joints without force have proportions of rounding.
+            carry = joints[joints["normal"] > NO_FORCE * weight]
+            worst = carry[carry["times"] > _BY_FORCE].sort_values("times", ascending=False)
             if not float(worst["normal"].sum()) > _PRESSED * weight:
                 continue
         names, times = [str(name) for name in worst.index], float(worst["times"].iloc[0])

@@ -80,7 +80,7 @@ _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite.
 _FACTS = (
     *("peak", "carried", "load_ratio", "without_crushing", "uniform_torsion", "biaxial_crushing", "other_procedure"),
-    "collapse_time",
+    *("lowered_friction", "collapse_time"),
 )
 #: Texts of a result that are stored if not empty.
 _TEXTS = ("schedule", "of_case", "damage")

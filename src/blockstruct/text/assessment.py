@@ -71,6 +71,7 @@ def governing_way(
     alpha: float,
     e_star: float,
     *,
+    run: str,
     ends: tuple[float, float],
     floor: float | None,
     is_estimate: bool = False,
@@ -81,6 +82,8 @@ def governing_way(
     ----------
     way, alpha, e_star
         The way, its multiplier and its e*.
+    run
+        The variant of the path, or the remedy, that gives them; empty for the case as given.
     ends
         Lowest and highest ratio over the load factors.
     floor
@@ -89,9 +92,9 @@ def governing_way(
         Whether the first steps of a loading path give the multiplier.
     """
     texts, (low, high) = [], [ratio_text(end) for end in ends]
-    if way is not Way.COLLAPSE:
-        kind = "an estimate for" if is_estimate else "of"
-        texts.append(f"It is {kind} {_WAYS[way]}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
+    if run or way is not Way.COLLAPSE:
+        kind, where = "an estimate for" if is_estimate else "of", f" in the run with “{run}”" if run else ""
+        texts.append(f"It is {kind} {_WAYS[way]}{where}, with α = {shown(alpha)} and e* = {shown(e_star)}.")
     if high != low:
         texts.append(f"Other load factors, with the least motion of each, give up to {high}.")
     if floor is not None:
@@ -106,6 +109,7 @@ _WAYS = {
     Way.LOWER_END: "the lower end of the range of the load factor",
     Way.UPPER_END: "the upper end of the range of the load factor",
     Way.UNIFORM_TORSION: "joints with the torsion of uniform pressure",
+    Way.LOWERED_FRICTION: "joints whose friction is divided by their excess of torsion",
     Way.BIAXIAL: "crushing about both axes",
     Way.OTHER_PROCEDURE: "another procedure, as the load factor depends on self-stress",
     Way.WEIGHTS: "the displacement of the weights",

@@ -97,6 +97,7 @@ class Note:
 EFFECT = 0.01
 _REMEDIES = {
     NoteCode.CORNER_TORSION: 'torsion="uniform pressure" in the joints',
+    NoteCode.ELLIPSOID_TORSION: "the friction of each joint divided by its excess of torsion",
     NoteCode.BIAXIAL_CRUSHING: "crushing about both axes together (biaxial)",
 }
 
@@ -141,7 +142,7 @@ def effect_note(
     Parameters
     ----------
     code
-        ``corner_torsion`` or ``biaxial_crushing``.
+        ``corner_torsion``, ``ellipsoid_torsion`` or ``biaxial_crushing``.
     load_factor, changed
         Load factor of the case, and load factor that its remedy gives.
     answer

@@ -184,18 +184,22 @@ def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, C
         runs |= dict.fromkeys((r.name for r in spread.results.values()), case)
     checks_by_name: dict[tuple[str, str], Check] = {}
     for check in given:
-        name = check.result.name
-        if check.result.model.hash != analysis.model.hash or name not in runs:
+        result = check.result
+        # The run of a remedy has joints of its own, and is not part of the analysis.
+        of_analysis = result.name in runs or result.model.blocks is not analysis.model.blocks
+        is_remedy = not of_analysis and result.of_case in runs
+        name = result.of_case if is_remedy else result.name
+        if name not in runs or not (is_remedy or result.model.hash == analysis.model.hash):
             msg = (
                 f"report of {analysis.model.name!r}: the check is of case {name!r} of model "
-                f"{check.result.model.name!r}, which is not part of it; check a result of this analysis"
+                f"{result.model.name!r}, which is not part of it; check a result of this analysis"
             )
             raise bs.errors.ModelError(msg)
         case, spreads = runs[name], analysis.spreads
         relied = (spreads[case].relied_on if case in spreads else analysis[case]).load_factor
-        if check.result.load_factor not in (relied, analysis[case].load_factor):
+        if not is_remedy and result.load_factor not in (relied, analysis[case].load_factor):
             msg = (
-                f"report of {analysis.model.name!r}: the check is of the load factor {check.result.load_factor:.4g}, "
+                f"report of {analysis.model.name!r}: the check is of the load factor {result.load_factor:.4g}, "
                 f"but {case!r} has {relied:.4g}; check analysis.spread({case!r})"
             )
             raise bs.errors.ModelError(msg)
