@@ -30,7 +30,7 @@ class Course:
     """The states so far.
 
     Overlaps of blocks and elongations of ties give their forces. Friction remembers the forces of the last state. Cells
-    of joints that crush remember what they have lost.
+    of joints that crush remember the depth that they have lost.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Course:
         return self.problem.at(placement, reach, *self._lengths(placement), self._crushed(placement))
 
     def _crushed(self, placement: Placement) -> Crushed | None:
-        """Return what cells remember at a placement; None before the first state."""
+        """Return the memory of cells at a placement; None before the first state."""
         cells, last = self.problem.cells, self.last
         if last is None:
             return None
@@ -111,7 +111,7 @@ class Course:
         x, T = forces_at(moved, found), found.tie_force[moved.holds] / problem.ties.force_unit
         u = moved.velocities(found.twist)
         inertia = self.problem.inertia @ u * (time / found.inertia_time**2)
-        # Where the faces are tilted, the part of a cell that is crushed is at its strength.
+        # Between tilted faces, the part of a cell that is crushed is at its strength.
         tilt = moved.of_cells(moved.contacts.cells.tilt, 0.0)
         part = x[:, 0] / np.where(tilt > 0, tilt, 1.0)
         c = certify(
@@ -254,7 +254,7 @@ def loaded(contacts: MovedContacts, force: Array) -> dict[str, Any]:
 
 
 def _crushed_of(state: MotionState) -> Crushed:
-    """Return what cells remember in a state."""
+    """Return the memory of cells in a state."""
     return Crushed(state.crushed_depth, state.crushed_share)
 
 
@@ -295,7 +295,7 @@ def forces_at(moved: MovedProblem, state: MotionState, reach: float = SAME) -> A
         return [np.linalg.norm(b[at] - a[row], axis=1) for a, b in zip(old, new, strict=True)]
 
     def known(ends: tuple[Index, Index], cell: Index) -> tuple[Index, Index]:
-        """Return the two blocks of each point; a cell has a number of its own beyond those of the blocks."""
+        """Return the two blocks of each point; each cell has a number beyond all blocks."""
         one, other = (np.where(cell >= 0, len(placement.position) + cell, block) for block in ends)
         return one, other
 

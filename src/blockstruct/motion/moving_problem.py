@@ -55,7 +55,7 @@ class MovedProblem:
     holds : (N,) array
         Whether each tie is unbroken.
     crushed : Crushed
-        What the cells of joints that crush remember.
+        Memory of the cells of joints that crush.
     statics : Statics
         Statics of the structure at rest.
     plane : (3,) array or None
@@ -87,7 +87,7 @@ class MovedProblem:
 
     @property
     def penetration(self) -> float:
-        """Deepest penetration, m; that of cells is beyond the one under their strength."""
+        """Deepest penetration, m; of cells, beyond the overlap under their strength."""
         beyond = self.contacts.gap + self.of_cells(self.contacts.cells.sinks, 0.0)
         return max(0.0, -float(beyond.min(initial=0.0)))
 
@@ -279,7 +279,7 @@ class MovingProblem:
         tight : (N,) array, m
             Length from which on each pulls.
         crushed : Crushed, optional
-            What the cells of joints that crush remember; nothing by default.
+            Memory of the cells of joints that crush; none by default.
         """
         statics, problem = self.statics, self.at_rest.held
         crushed = crushed or self.cells.untouched

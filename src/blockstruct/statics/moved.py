@@ -197,7 +197,7 @@ class MovingStructure:
     def contacts(self, placement: Placement, reach: float, cells: MovingCells, crushed: Crushed) -> MovedContacts:
         """Return the contacts at a placement with gaps up to ``reach``, m.
 
-        ``cells`` are those of joints that crush, and ``crushed`` is what they remember.
+        ``cells`` belong to joints that crush, and ``crushed`` is their memory.
         """
         statics, at = self.statics, (placement.position, placement.rotation)
         found = self._bodies.touching(*at, reach, statics.length)

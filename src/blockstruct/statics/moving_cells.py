@@ -14,7 +14,7 @@ from blockstruct.statics.statics import Statics
 
 
 class Crushed(NamedTuple):
-    """What cells remember.
+    """Memory of cells.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class PlacedCells(NamedTuple):
     Attributes
     ----------
     point : (C, 3) array, m
-        Where the force of each cell acts.
+        Point at which the force of each cell acts.
     gap, compliance : (C,) arrays, m and m/N
-        The normal force follows from them as that of a contact, up to the strength.
+        The normal force follows from them as in any contact, up to the strength.
     sinks : (C,) array, m
         Overlap under the strength.
     within : (C,) array
@@ -188,7 +188,7 @@ class MovingCells:
         rotation : (B, 3, 3) array
             Rotations of the blocks.
         crushed
-            What the cells remember.
+            Memory of the cells.
         """
         (depth, share), bodies, turn = crushed, self.bodies, rotation[self.owner]
         centre = position[self.owner] + np.einsum("kij,kj->ki", turn, self.point)
@@ -227,7 +227,7 @@ class MovingCells:
         )
 
     def after(self, before: Crushed, force: Array, position: Array, rotation: Array) -> Crushed:
-        """Return what cells remember at a placement after forces (C,), N, that led there.
+        """Return the memory of cells at a placement after forces (C,), N, that led there.
 
         Cells that bear their strength lose the overlap beyond the elastic one.
         """
@@ -242,7 +242,7 @@ class MovingCells:
     def joined(
         self, found: Touching, position: Array, rotation: Array, crushed: Crushed, reach: float
     ) -> tuple[Touching, Index, PlacedCells]:
-        """Return contact points with those of cells, the cell of each, −1 if it is none, and all cells.
+        """Return contact points that include cells, the cell of each or −1, and all cells.
 
         Cells replace the contact points of the two faces of their joint while one of them lies within the other face.
         They also replace points where an edge of one of these faces meets the other block.
