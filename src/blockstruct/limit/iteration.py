@@ -156,15 +156,15 @@ class Outcome:
     uniform_torsion, biaxial_crushing : float
         Load factor of the same case with the torsion of uniform pressure, and with crushing about both axes; NaN if it
         was not found, because no note needs it.
-    lowered_friction : float
-        Load factor of the same case with the friction of each joint divided by its excess of torsion; NaN if no note
-        needs it.
     estimated : bool
         Whether ``uniform_torsion`` and ``biaxial_crushing`` are estimates by the first steps of the loading path.
     other_procedure : float
         Load factor of the same case by another procedure, if it depends on self-stress; NaN otherwise.
     hung, jammed : tuple of int
         Free blocks whose dead load (hung) or share of the variable load (jammed) depends on self-stress.
+    lowered_friction : float
+        Load factor of the same case with the friction of each joint divided by its excess of torsion; NaN if no note
+        needs it.
     """
 
     status: Status
@@ -182,11 +182,11 @@ class Outcome:
     collapse_time: float = np.nan
     uniform_torsion: float = np.nan
     biaxial_crushing: float = np.nan
-    lowered_friction: float = np.nan
     estimated: bool = False
     other_procedure: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
+    lowered_friction: float = np.nan
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
