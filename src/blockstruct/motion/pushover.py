@@ -38,7 +38,8 @@ WIDEST = 0.25
 #: Largest height of free fall in a step, in mean block sizes. Inertia is small then.
 HIGHEST = 1e3
 #: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
-#: of the gap open. Below this share of its first value, the load factor goes to zero in one step.
+#: of the gap open. Share of all work so far that a step may miss. Load factor, relative to the first one, that goes to
+#: zero in one step.
 ACROSS = 1e-3
 #: Least share of a step, also while blocks fall.
 SHORTEST = 1 / 4096
@@ -351,6 +352,9 @@ class _Path:
             found = self._completed(step.moved, solved, inertia_time, falls=time <= step.least)
             jams, broken = self._jams(solved), self._until_broken(found)
             share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
+            if found.energy_error > ACROSS:
+                # A shorter step misses less work, unless blocks drop or meet.
+                share = min(share, SHORTER)
             if time <= step.least or (share == 1 and not jams):
                 return None if jams else found
             if broken < 1:
