@@ -49,7 +49,7 @@ class Course:
         self._done = 0.0
         #: Work, J, of the steps without falling blocks. Short steps also correct the overlaps that longer ones leave.
         self._works: list[float] = []
-        #: Work that closes the overlaps of the last state, J, and of the last complete one at its positions.
+        #: Work of the overlaps of the last state, J, and of the last complete one at its positions.
         self._overlap, self._completed = 0.0, (np.empty(0), 0.0)
 
     def take(self, state: MotionState) -> None:
@@ -159,17 +159,16 @@ class Course:
         if before is None or not self.curve:
             return replace(state, energy_error=0.0)
         # Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated, or pushes
-        # blocks into each other until the next step. Crushing has dissipated its part by now.
+        # blocks into each other until the next step, or crushes them.
         dead, pushed, variable = self._work(state)
         u = moved.velocities(carried(before, placement))
         rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
-        crushed = self._crushing(state) - self._crushing(before)
-        missed = abs(dead + pushed - variable * rate - crushed - (overlap - self._overlap))
+        missed = abs(dead + pushed - variable * rate - (overlap - self._overlap))
         done = self._done + _sum_of(dead, pushed)
         return replace(state, energy_error=missed / max(done, 1e-300))
 
     def _overlap_of(self, state: MotionState) -> float:
-        """Return the work that closes the overlaps of a state, J."""
+        """Return the work of the overlaps of a state, J."""
         moved = self._at_state(state)
         return _overlap(moved, forces_at(moved, state))
 
@@ -182,11 +181,6 @@ class Course:
         if self.last is not None:
             return self.at(placement, state.reach)
         return self.problem.at(placement, state.reach, *self._lengths(placement), _crushed_of(state))
-
-    def _crushing(self, state: MotionState) -> float:
-        """Return the work that crushing has dissipated before a state, J."""
-        placement = Placement.at(state.position, state.rotation)
-        return self.problem.cells.at(placement.position, placement.rotation, _crushed_of(state)).work
 
     def _work(self, state: MotionState) -> tuple[float, float, float]:
         """Return the work of the loads from the last state of the curve to another, J, by the trapezoidal rule.
@@ -217,14 +211,14 @@ def _sum_of(dead: float, pushed: float) -> float:
 
 
 def _overlap(moved: MovedProblem, x: Array) -> float:
-    """Return the work of contact forces x (K, 3) on the way that closes overlaps, J.
+    """Return the work of contact forces x (K, 3) on the way that closes overlaps, and of crushing so far, J.
 
     The overlap of cells under their force is no such way. A cell that is crushed in part sinks on the way to it.
     """
     cells, unit = moved.contacts.cells, moved.problem.force_unit
     gap = moved.contacts.gap + moved.of_cells(cells.compliance, 0.0) * unit * x[:, 0]
     sinks = (gap > 0) & (moved.of_cells(cells.tilt, 0.0) > 0)
-    return -float(x[:, 0] @ (unit * np.where(sinks, 0.0, gap)))
+    return cells.work - float(x[:, 0] @ (unit * np.where(sinks, 0.0, gap)))
 
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:

@@ -60,6 +60,8 @@ SLIDES = 0.1
 #: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
 #: they no longer do; change of the force of a tie between two states, relative to its largest force, that is sudden.
 MOSTLY = 0.5
+#: Values of a curve without joints that crush, where they are not those of its cells.
+_WITHOUT_CELLS = {"cell_of_contact": -1, "largest_crushed_depth": 0.0}
 
 
 def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
@@ -81,9 +83,9 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
     """
     names = state_variables(MotionState)
     # A model without ties has no tie variables, and one without joints that crush no variables of cells.
-    lacks = {"tie"} if not model.ties else set[str]()
-    lacks |= {"cell", "crushed"} if not arrays["crushed_depth"].size else set[str]()
-    values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if not lacks & {*n.split("_"), *v.dims}}
+    lacks = {dim for dim, there in (("tie", model.ties), ("cell", arrays["crushed_depth"].size)) if not there}
+    lacks |= _WITHOUT_CELLS.keys() if "cell" in lacks else set[str]()
+    values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if not lacks & {n, *v.dims}}
     values |= coordinates_of(model, "step", np.arange(len(arrays["load_factor"])), arrays)
     if isinstance(case, SettlementCase):
         values["reaction"] = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
@@ -233,16 +235,17 @@ def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
     for field in fields(MotionState):
+        dims = known[field.name].dims
         # A model without ties has no tie variables, and one without joints that crush no variables of cells.
         if field.name in capacity:
             values = capacity[field.name].to_numpy()
-        elif field.name == "cell_of_contact":
-            values = np.full(capacity.sizes["contact"], -1)
+        elif field.name in _WITHOUT_CELLS:
+            values = np.full(capacity.sizes[dims[0]], _WITHOUT_CELLS[field.name])
         else:
-            values = np.zeros(n) if known[field.name].dims == ("step",) else np.empty((n, 0))
-        if "contact" in known[field.name].dims:
+            values = np.empty((n, 0))
+        if "contact" in dims:
             columns[field.name] = np.split(values, of_next)
-        elif known[field.name].dims != ("step",):
+        elif dims != ("step",):
             columns[field.name] = values
         else:
             columns[field.name] = [bool(v) if field.type is bool else v for v in values.tolist()]
