@@ -26,8 +26,6 @@ from blockstruct.vocabulary import Stage
 #: Multiple of the first load factor from which a load factor that still speeds up grows without limit. Measured:
 #: increments also grow for a while on paths that end.
 _MULTIPLE = 10.0
-#: Velocity, relative to the fastest block, above which a block falls.
-_FALLS = 1e-2
 
 
 def dead_load_collapse(
@@ -83,7 +81,7 @@ def dead_load_collapse(
     velocities = u.ravel() / float(own.w_L @ u.ravel())
     yield replace(_falling(own, velocities, n, settings, solver), load_factor=np.nan)
     speed = np.linalg.norm(u[:, :3], axis=1) / whole.wrench_unit
-    return tuple(np.flatnonzero(speed > _FALLS * speed.max()).tolist())
+    return tuple(np.flatnonzero(speed > settings.numerics.interpenetration_tolerance * speed.max()).tolist())
 
 
 def _stands_without_friction(problem: LimitProblem, settings: ProcedureSettings) -> bool:
