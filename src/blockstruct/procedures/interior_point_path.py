@@ -4,7 +4,6 @@ Steps are few and exact, each with many factorisations.
 """
 
 from dataclasses import replace
-from time import perf_counter
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.path import ENOUGH, TOLERANCE, Path
 from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, ContactState
-from blockstruct.vocabulary import PathEnd
 
 #: Tolerance of the state under dead load. An interior point leaves forces on unloaded contacts, and these hold
 #: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
@@ -39,45 +37,33 @@ class InteriorPointPath(Path):
 
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         super().__init__(program, settings, divided)
-        self._step, self._lags = 0.0, False
+        self._lags = False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self.contact.solve(self._rest(), self.contact.start(), centre=True, tolerance=OF_DEAD_LOAD)
         if not found.within(ENOUGH):
             return None
-        self._state = replace(found.state, u=0 * found.state.u)
-        return self._state, found.iterations
+        return replace(found.state, u=0 * found.state.u), found.iterations
 
-    def advance(self, bound: float) -> Iteration | None:
-        """Solve the next step, shortened to the first one at most until it is solved.
-
-        Return None if the path has ended.
-        """
-        start, first = perf_counter(), self._first * self._unit
-        if self._is_at_limit(bound):
-            self.end = PathEnd.LIMIT_REACHED
-            return None
-        s = self._step * self._growth if self._step else first
-        found = self._solved(s, bound)
+    def _solved(self, length: float, bound: float) -> tuple[ContactState, float, int] | None:
+        found = self._attempted(length, bound)
         iterations = found.iterations
         while not found.within(ENOUGH):
-            s = s / 3 if self._lags else s
+            length = length / 3 if self._lags else length
             # Friction under dead load differs from friction under the push: from there, lagging would overshoot.
-            if not self._step or s < first:
+            if not self._step or length < self._first:
                 return None
             self._lags = True
-            found = self._solved(s, bound)
+            found = self._attempted(length, bound)
             iterations += found.iterations
-        self._state, self._step = found.state, s
-        self._total += s
         if not self._lags:
             self.peak = max(self.peak, found.state.alpha)
-        return self._step_done(found.state, s, iterations, perf_counter() - start)
+        return found.state, length, iterations
 
-    def _solved(self, s: float, bound: float) -> ContactSolution:
-        """Solve a step of displacement s."""
+    def _attempted(self, length: float, bound: float) -> ContactSolution:
+        s = length * self._unit
         # The state under dead load is too far from the first step to be a useful guess.
-        guess = self._state.scaled(s / self._step) if self._step else self._afresh(s, bound)
+        guess = self._state.scaled(length / self._step) if self._step else self._afresh(s, bound)
         step = self._memory(self._state, s)
         return self._lagging().solve(step, guess, centre=bool(self._step), tolerance=TOLERANCE)
 
