@@ -27,7 +27,8 @@ class InteriorPointPath(Path):
 
     After a failed step with Coulomb's law, friction lags: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once forces
     no longer change. Half of the term that makes a step non-monotone is gone. Measured on 820 blocks whose steps fail
-    with Coulomb's law: 30 factorisations per step of any length.
+    with Coulomb's law: 30 factorisations per step of any length. A step that still fails is shortened, down to the
+    first step.
 
     Parameters
     ----------

@@ -63,9 +63,8 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
     from scipy.optimize import minimize
 
     # Each joint has its own motion, so the least sum of all works is the least work of each.
-    least = work(
-        minimize(total, np.zeros(2 * len(toward)), jac=True, method="L-BFGS-B", options={"ftol": 0.0}).x.reshape(-1, 2)
-    )
+    found = minimize(total, np.zeros(2 * len(toward)), jac=True, method="L-BFGS-B", options={"ftol": 0.0})
+    least = work(found.x.reshape(-1, 2))
     at_most[twisted] = size[twisted] / least
     return at_most
 
