@@ -128,8 +128,8 @@ class Step:
 FRACTION = 0.99
 #: Centrality correctors per factorisation (Gondzio). Measured: two save a third of the factorisations, more save none.
 CORRECTORS = 2
-#: Rounding of a direction, relative to the residual of displacements, above which it is refined while that halves it.
-PRECISION = 1e-2
+#: Largest rounding of a direction, relative to the residual of displacements; most refinements.
+PRECISION, REFINEMENTS = 1e-2, 2
 
 
 class Newton:
@@ -163,13 +163,12 @@ class Newton:
         ahead = self._scaling.divided(self._scaling.point.solve(target))
         b = conditions.flow(ahead - self._weights.times(residuals.forces)) - residuals.flow
         x, u, alpha = self._forces(b, residuals.equilibrium, residuals.work)
-        rounding = np.inf
-        while True:
+        for refinement in range(REFINEMENTS + 1):
             y = conditions.of_forces(x) + residuals.forces
             z = ahead - self._weights.times(y)
             missed = conditions.flow(z) - residuals.flow - problem.compliance * x - problem.AT @ u
-            before, rounding = rounding, float(np.abs(missed).max())
-            if not PRECISION * np.abs(residuals.flow).max() < rounding < before / 2:
+            is_precise = not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max()
+            if is_precise or refinement == REFINEMENTS:
                 break
             equilibrium = residuals.equilibrium + problem.A @ x + alpha * self._w_L
             more = self._forces(missed, equilibrium, residuals.work + float(self._w_L @ u))
