@@ -24,6 +24,9 @@ RECENT = 4
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 #: Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
+#: Share of work that hardly counts. If inertia does more of the work of a step, blocks fall. Forces may do as much of
+#: the work of a step across a gap that the step closes. A step may miss as much of all work so far.
+HARDLY = 1e-3
 
 
 class Course:
@@ -131,7 +134,8 @@ class Course:
             speed=problem.fastest(u),
         )
         dissipation, kinetic = dissipated(problem, x, T, u), float(u @ inertia)
-        first = self.curve[0][1] if self.curve else alpha
+        # A settlement may have no reaction. Its load factor of one is the dead load.
+        first = 1.0 if self.problem.at_rest.settlement else self.curve[0][1] if self.curve else alpha
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
         within = max(c.equilibrium_residual, c.yield_excess, c.interpenetration) <= CERTIFIED
@@ -141,6 +145,7 @@ class Course:
             dissipation=dissipation,
             work=work,
             inertia=kinetic / work,
+            falls=kinetic > HARDLY * work,
             tie_elongation=moved.elongation,
             crushed_depth=moved.crushed.depth,
             crushed_share=moved.crushed.share,
