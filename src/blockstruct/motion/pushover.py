@@ -27,12 +27,8 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
-#: Number of states that give the slope of the curve.
-FORESEEN = 8
-#: Largest way of a block in a step, in ways of the control point.
+#: Largest way of a block in a step, in ways of the control point; largest way of a solved step, in prescribed ways.
 FASTEST = 3.0
-#: Largest way of a solved step, relative to the prescribed way.
-OFF = 1.5
 #: Longest reach, for blocks that move further, in mean block sizes.
 WIDEST = 0.25
 #: Least share of a step, also while blocks fall.
@@ -41,8 +37,6 @@ SHORTEST = 1 / 4096
 SHORTER = 0.25
 #: Load factor, relative to collapse, above which something immovable stops the push.
 JAMS = 100.0
-#: Speed, relative to the fastest block, above which a moving block is named.
-MOSTLY = 0.5
 #: Largest number of states, and of falls in a row, relative to the requested number of steps.
 PATIENCE = 5
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
@@ -288,8 +282,8 @@ class _Path:
     def _next_way(self) -> float:
         """Way of the next step, m."""
         ways = self._ways
-        alpha = np.array([a for _, a in self._course.curve[-FORESEEN:]])
-        way = np.array(ways[:-1][-FORESEEN:])
+        alpha = np.array([a for _, a in self._course.curve[-RECENT:]])
+        way = np.array(ways[:-1][-RECENT:])
         slope = float(np.polyfit(way, alpha, 1)[0]) if len(way) > 1 else 0.0
         whole = way[-1] - alpha[-1] / slope if slope < 0 else np.inf
         even = min(
@@ -383,14 +377,14 @@ class _Path:
             wide = WIDEST * self._length
             if self._jams(solved) and time > step.least:
                 step.time = max(SHORTER * time, step.least)
-            elif step.moved.reach < wide and (step.paced or gone <= OFF * step.way):
+            elif step.moved.reach < wide and (step.paced or gone <= FASTEST * step.way):
                 step.moved = self._course.at(step.moved.placement, wide)
                 step.before, step.time = forces_at(step.moved, step.memory), time
             elif time <= step.least:
                 return None
             else:
                 # Other blocks than before may move, and go further for the same work.
-                share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (OFF * closing))
+                share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (FASTEST * closing))
                 step.time, step.paced = max(share * time, step.least), True
 
     def _jams(self, solved: StepSolution) -> bool:
@@ -412,7 +406,7 @@ class _Path:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time)
-                return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
+                return None if self._jams(solved) or self._way(found) <= FASTEST * SHORTEST * reach else found
             height = min(height, reach) / 4
         return None
 
@@ -439,7 +433,7 @@ class _Path:
         """Share of a step to which it is to be shortened; one if it need not."""
         moved = step.moved
         gone = self._speed(moved.placement, moved.twist(solved.u))
-        if gone > OFF * step.way:
+        if gone > FASTEST * step.way:
             return step.way / gone
         problem, closed = moved.problem, ZERO * self._length
         v = (problem.A.T @ solved.u).reshape(-1, 3)
@@ -654,7 +648,7 @@ def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcom
     """An end, and the blocks that move most in a motion, twists (B, 6)."""
     speed = np.linalg.norm(twist[:, :3], axis=1) * ~problem.structure.fixed
     fastest = np.argsort(-speed, kind="stable")
-    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > MOSTLY * speed.max()]]
+    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > ZERO * speed.max()]]
     along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
 
