@@ -91,6 +91,8 @@ def test_a_curve_goes_on_behind_a_leap(voussoirs, hinges, steps):
     turns, rests = (state <= leaps) & stands, (state > leaps) & (back < 1e-3) & stands
     # Close to zero another voussoir drops.
     rests &= alpha > 0.1 * alpha[0]
+    assert not np.logical_xor(stands, curve["inertia"].to_numpy() <= 1e-3).any()
+    assert curve["energy_error"].max() < 1e-2
     assert leaps > 5
     assert rests.sum() > 10
     assert alpha[turns] == pytest.approx(one[turns], abs=5e-3 * alpha[0])

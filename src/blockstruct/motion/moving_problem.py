@@ -31,7 +31,6 @@ from blockstruct.statics import (
 from blockstruct.vocabulary import Torsion, listed
 
 
-
 @dataclass(frozen=True)
 class MovedProblem:
     """A limit problem at a placement of the blocks.

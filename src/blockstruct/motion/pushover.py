@@ -27,8 +27,10 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
-#: Largest way of a block in a step, in ways of the control point; largest way of a solved step, in prescribed ways.
+#: Largest way of a block in a step, in ways of the control point.
 FASTEST = 3.0
+#: Largest way of a solved step, relative to the prescribed way.
+OFF = 1.5
 #: Longest reach, for blocks that move further, in mean block sizes.
 WIDEST = 0.25
 #: Least share of a step, also while blocks fall.
@@ -39,6 +41,8 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Largest number of states, and of falls in a row, relative to the requested number of steps.
 PATIENCE = 5
+#: Requested number of steps that this limit assumes if fewer are requested.
+FEW = 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
 ABOVE = 0.015
 
@@ -243,7 +247,7 @@ class _Path:
         if self._fallen > self._length:
             return CurveEnd.FALLS
         states = max(len(self._course.curve), self._falls)
-        return CurveEnd.LIMIT_REACHED if states > PATIENCE * self._steps else None
+        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, FEW) else None
 
     def _reached(self) -> CurveEnd | None:
         return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
@@ -377,14 +381,14 @@ class _Path:
             wide = WIDEST * self._length
             if self._jams(solved) and time > step.least:
                 step.time = max(SHORTER * time, step.least)
-            elif step.moved.reach < wide and (step.paced or gone <= FASTEST * step.way):
+            elif step.moved.reach < wide and (step.paced or gone <= OFF * step.way):
                 step.moved = self._course.at(step.moved.placement, wide)
                 step.before, step.time = forces_at(step.moved, step.memory), time
             elif time <= step.least:
                 return None
             else:
                 # Other blocks than before may move, and go further for the same work.
-                share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (FASTEST * closing))
+                share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (OFF * closing))
                 step.time, step.paced = max(share * time, step.least), True
 
     def _jams(self, solved: StepSolution) -> bool:
@@ -406,7 +410,7 @@ class _Path:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time)
-                return None if self._jams(solved) or self._way(found) <= FASTEST * SHORTEST * reach else found
+                return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
             height = min(height, reach) / 4
         return None
 
@@ -433,7 +437,7 @@ class _Path:
         """Share of a step to which it is to be shortened; one if it need not."""
         moved = step.moved
         gone = self._speed(moved.placement, moved.twist(solved.u))
-        if gone > FASTEST * step.way:
+        if gone > OFF * step.way:
             return step.way / gone
         problem, closed = moved.problem, ZERO * self._length
         v = (problem.A.T @ solved.u).reshape(-1, 3)
