@@ -18,9 +18,8 @@ from blockstruct.statics import Crushed, MovedContacts, Placement
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05
-#: Number of recent steps. Their work measures the gap of a step, the longest one limits the next step, and their load
-#: factors give the slope of the curve.
-RECENT = 8
+#: Number of recent steps. Their work measures the gap of a step, and the longest one limits the next step.
+RECENT = 4
 #: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 #: Least work that counts, relative to the first state.

@@ -27,6 +27,8 @@ from blockstruct.vocabulary import CurveEnd, Procedure
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
+#: Number of states that give the slope of the curve.
+FORESEEN = 8
 #: Largest way of a block in a step, in ways of the control point.
 FASTEST = 3.0
 #: Largest way of a solved step, relative to the prescribed way.
@@ -286,8 +288,8 @@ class _Path:
     def _next_way(self) -> float:
         """Way of the next step, m."""
         ways = self._ways
-        alpha = np.array([a for _, a in self._course.curve[-RECENT:]])
-        way = np.array(ways[:-1][-RECENT:])
+        alpha = np.array([a for _, a in self._course.curve[-FORESEEN:]])
+        way = np.array(ways[:-1][-FORESEEN:])
         slope = float(np.polyfit(way, alpha, 1)[0]) if len(way) > 1 else 0.0
         whole = way[-1] - alpha[-1] / slope if slope < 0 else np.inf
         even = min(
