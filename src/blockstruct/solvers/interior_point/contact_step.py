@@ -224,9 +224,9 @@ class Newton:
         return best, min(1.0, FRACTION * state.longest_step(best))
 
 
-#: Largest growth of the gap on the way back after a turn of the central path. Measured: with any growth, a wall with
-#: ties ends 9 % lower than by splitting.
-LARGEST_TURN = 1.5
+#: Share of the way to the boundary at a turn of the central path; largest growth of the gap on the way back. Measured:
+#: with the share of other steps a wall that crushes ends 0.1 % higher; with any growth a wall with ties ends 9 % lower.
+TURNING_STEP, LARGEST_TURN = 0.5, 1.5
 #: Number of iterations in which the largest residual must halve.
 PATIENCE = 20
 #: Complementarity gap of a first state, in multiples of the work of its step. Measured: with ten times the work, a
@@ -405,7 +405,7 @@ class ContactProblem:
             if balanced and ahead is not None and newton.inner(tangent, ahead) < 0:
                 turned_at = min(turned_at, found.gap)
                 tangent = tangent.backwards()
-                t = FRACTION * min(1.0, state.longest_step(tangent))
+                t = TURNING_STEP * min(1.0, state.longest_step(tangent))
                 state = state.moved(tangent, t)
             else:
                 turned_at = np.inf
