@@ -67,11 +67,10 @@ class Recorder:
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
-                self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
-            case StepDone(case, index, step):
-                self._working.commit_step(case.name, index, state_arrays([step]))
-            case StateDone(case, index, state):
-                self._working.commit_step(case.name, index, state_arrays([state]))
+                held = {"holds": np.array([iteration.certificate.holds])}
+                self._working.commit(case.name, "iteration", index, arrays | held)
+            case StepDone(case, index, state) | StateDone(case, index, state):
+                self._working.commit(case.name, "step", index, state_arrays([state]))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)
 

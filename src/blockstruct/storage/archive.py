@@ -58,8 +58,6 @@ _UNITS = {
 }
 #: Member of a row with the units of its parameters; it is no column of the table.
 _UNITS_OF_ROW = "units"
-#: Characters of a condition, at most: longer texts can exhaust the stack of Python's parser.
-_LONGEST = 10_000
 _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
@@ -400,8 +398,8 @@ def rows_where(table: pd.DataFrame, where: str) -> pd.DataFrame:
         If the condition is anything else, names no column, or compares one with a value of another kind.
     """
     try:
-        if not isinstance(where, str) or len(where) > _LONGEST:
-            msg = f"it is not a text of at most {_LONGEST} characters"
+        if not isinstance(where, str) or len(where) > MOST_READ:
+            msg = f"it is not a text of at most {MOST_READ} characters"
             raise TypeError(msg)
         with warnings.catch_warnings(action="error"):
             return table[_mask(ast.parse(where.strip(), mode="eval").body, table)]

@@ -40,7 +40,7 @@ Blank = Callable[[Model, CaseResult], xr.Dataset]
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
 #: Groups that only some cases have.
-PARTS = ("capacity", "response")
+PARTS = layout.PARTS[1:]
 #: The kind of file, for messages.
 ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
@@ -383,22 +383,22 @@ def _unsealed(path: Path, snapshot: Snapshot) -> str:
 def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     """Return the root attributes of an analysis of a version that can be read."""
     attrs = {name: netcdf.plain(value) for name, value in file.attrs.items()}
-    version = str(attrs.get("format_version", ""))
-    wrong = ""
+    version, wrong = str(attrs.get("format_version", "")), ""
     if attrs.get("format") != FORMAT:
         wrong = f"attribute format is {attrs.get('format')!r}, not {FORMAT!r}: it is not a blockstruct analysis"
     elif not re.fullmatch(r"[1-9][0-9]{0,3}\.[0-9]{1,4}", version):
         wrong = f"attribute format_version is {version!r}, which is not a version"
     elif major(version) > major(FORMAT_VERSION):
         wrong = f"format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
-    elif other := [name for name in ("versions", "solver_options") if not isinstance(_parsed(attrs.get(name)), dict)]:
-        wrong = f"attribute {other[0]} is not a JSON object"
-    elif other := [name for name in ("cases", "tags") if not _is_texts(_parsed(attrs.get(name)))]:
-        wrong = f"attribute {other[0]} is not a JSON list of texts"
     if wrong:
         msg = f"{path}: /: {wrong}"
         raise FormatError(msg)
     try:
+        for name, kind in (("versions", dict), ("solver_options", dict), ("cases", list), ("tags", list)):
+            value = json.loads(attrs[name])
+            if not isinstance(value, kind) or not all(isinstance(text, str) for text in value):
+                msg = f"{name} is not a JSON {'object' if kind is dict else 'list of texts'}"
+                raise TypeError(msg)
         parameters_of(attrs)
         checked_tags(json.loads(attrs["tags"]), "attribute tags")
         checked_text(attrs.get("study", ""), "attribute study")
@@ -406,17 +406,6 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: attributes of the analysis cannot be read ({error})"
         raise FormatError(msg) from error
     return attrs
-
-
-def _parsed(text: Any) -> Any:
-    try:
-        return json.loads(text)
-    except (TypeError, ValueError, RecursionError):
-        return None
-
-
-def _is_texts(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(text, str) for text in value)
 
 
 def _placed(group: str, where: str) -> str:
@@ -567,7 +556,7 @@ def _result(
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
     history, violations = file.group(place, "history")
     if history is not None:
-        violations = list(layout.history_findings(place, history, names))
+        violations = list(layout.part_findings(place, history, names))
         if not violations:
             return history
     raise violated(file.path, violations)
