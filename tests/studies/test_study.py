@@ -301,7 +301,11 @@ def test_latin_hypercube_samples_every_layer():
         ({"friction_coefficient": stats.norm()}, {"runs": 2, "seed": "x"}, "seed is 'x'"),
         ({"friction_coefficient": [0.3]}, {"workers": 0}, "workers 0"),
         ({"friction_coefficient": [0.3]}, {"settings": "fast"}, "settings are 'fast'"),
-        ({"friction_coefficient": np.linspace(0, 1, 400), "height": Q_(np.linspace(1, 2, 400), "m")}, {}, "160,000"),
+        (
+            {"friction_coefficient": np.linspace(0, 1, 1001), "height": Q_(np.linspace(1, 2, 1000), "m")},
+            {},
+            "1,001,000",
+        ),
     ],
 )
 def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options, said):

@@ -13,7 +13,7 @@ import pandas as pd
 
 from blockstruct.analysis import AnalysisManager, kept_analysis
 from blockstruct.analysis.events import CaseFinished, Event, Progress
-from blockstruct.analysis.motions import with_effects
+from blockstruct.analysis.manager import with_effects
 from blockstruct.analysis.plan import runs_of
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.floor_spectrum import FloorSpectrum

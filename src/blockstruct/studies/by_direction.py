@@ -23,8 +23,6 @@ from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
-#: Largest angle between neighbours, degrees, that is not named in a report.
-_COMPASS = 90.0
 #: Pattern of the case names that direction_cases makes.
 _TITLE = re.compile(r"(?P<name>.*) \S+ deg(, \S+ (up|down))?", re.DOTALL)
 
@@ -190,16 +188,17 @@ class Directions:
     def uncovered(self) -> str:
         """Clause on the directions between those that were run; empty if they are covered.
 
-        It names the widest gap above a quarter turn.
+        It names the widest gap unless all are equal.
         """
         if self.is_covered:
             return ""
-        widest = int(np.argmax(self._gaps))
-        gap = float(self._gaps[widest])
-        if gap <= _COMPASS * (1 + 1e-9):
+        gaps, angles = self._gaps, self.data["direction"].to_numpy()
+        widest = int(np.argmax(gaps))
+        if np.allclose(gaps, gaps[widest]):
             return study.uncovered_directions()
-        start, end = (float(self.data["direction"][k]) for k in (widest, (widest + 1) % self.data.sizes["direction"]))
-        return study.uncovered_directions(gap, start, end)
+        return study.uncovered_directions(
+            float(gaps[widest]), float(angles[widest]), float(np.roll(angles, -1)[widest])
+        )
 
     @property
     def least_between(self) -> float:

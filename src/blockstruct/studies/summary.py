@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.analysis import AnalysisManager
+from blockstruct.analysis.manager import run_again
 from blockstruct.arrays import NEGLIGIBLE, Array
-from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, check_known, shown
+from blockstruct.errors import ModelError, StudyWarning, check_known, shown
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import sliding_rates
@@ -519,10 +519,7 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
             joint = JointMaterial.from_si(f"{k}", values, torsion=interface.joint_material.torsion)
             changed.append(interface.with_joint_material(joint))
         model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", LoadFactorWarning)
-            manager = AnalysisManager(model, settings=result.settings, progress=False, effects=False)
-            return manager.run([result.case])[result.name].load_factor
+        return run_again(result, model).load_factor
 
     left, right = ((load_factor(step) - result.load_factor) / step for step in (-_STEP, _STEP))
     return float(derivative @ share), left, right
