@@ -216,8 +216,8 @@ def test_a_file_that_netcdf_reads_short_is_written_anew(how, call, tmp_path):
     check_netcdf(path, *stored(path))
 
 
-def test_models_that_differ_in_numbers_share_an_image_and_no_number(tmp_path):
-    """The part of a file for its model is made from that of the last file, if only numbers differ."""
+def test_models_that_differ_in_numbers_share_no_number(tmp_path):
+    """Files of models with the same names and shapes, made one after the other."""
     bar, path = block_on_a_bar(), tmp_path / "bar.h5"
     cases = [bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), flow="associative")]
     joints = [

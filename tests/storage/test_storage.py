@@ -489,10 +489,7 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
 
 
 def test_storing_grows_with_the_cases_and_not_faster(small_analysis, monkeypatch, tmp_path):
-    """Each case more writes and reads as many variables as the case before it.
-
-    The first file alone writes the model, which the others share.
-    """
+    """Each case more writes and reads as many variables as the case before it."""
     calls = []
     for name in ("_stored", "_attributes"):
         plain = getattr(netcdf, name)

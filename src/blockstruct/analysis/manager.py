@@ -23,10 +23,9 @@ from blockstruct.analysis.events import (
     tell,
     with_progress,
 )
-from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, kept_state, trace_curve, trace_record
+from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, collect, kept_state, trace_curve, trace_record
 from blockstruct.errors import LoadFactorWarning, ModelError, UnusualValueWarning, shown
 from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.limit.iteration import conclude
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import Case, Interface, JointMaterial, Model, RecordCase, checked_text, checked_tuple, has_curve
@@ -333,32 +332,23 @@ class AnalysisManager:
         place: tuple[int, int],
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
-        scaled = problem.at_unit_load
-        solver = self._solver_of(settings)
+        scaled, solver = problem.at_unit_load, self._solver_of(settings)
         replay = ReplaySolver(statics, scaled, before.history, solver) if before.n_iterations else None
         answers: Solver = replay or solver
-        made_by = before.versions if before.n_iterations else ()
         solved = (
             solve_dead_load(scaled, settings, answers)
             if isinstance(case, RecordCase)
             else solve_limit_case(scaled, case.flow, settings, answers)
         )
-        steps = replay.follow(solved) if replay else solved
-        iterations: list[Iteration] = []
-        outcome = INTERRUPTED
-        started_at = before.started_at if before.n_iterations else plan.now()
-
-        def hear(iteration: Iteration) -> None:
-            iterations.append(iteration)
-            tell(listeners, IterationDone(case, len(iterations) - 1, iteration))
-
-        try:
-            tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
-            outcome = conclude(steps, hear)
-        except KeyboardInterrupt:
-            if len(iterations) < before.n_iterations:
-                return before
-        history = history_of(statics, problem, iterations)
+        made_by, started_at = (before.versions, before.started_at) if replay else ((), plan.now())
+        tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
+        iterations, ended = collect(
+            replay.follow(solved) if replay else solved,
+            lambda k, iteration: tell(listeners, IterationDone(case, k, iteration)),
+        )
+        if ended is None and len(iterations) < before.n_iterations:
+            return before
+        outcome, history = ended or INTERRUPTED, history_of(statics, problem, iterations)
         proof = iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None
         done = replace(
             before,

@@ -6,10 +6,10 @@ the first solutions.
 """
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -20,9 +20,8 @@ from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome
 from blockstruct.limit.iteration import Steps, changed_steps, conclude
 from blockstruct.limit.motion import velocities_of
 from blockstruct.limit.program import ProgramData, Solution, Solver
-from blockstruct.limit.response import RecordState
 from blockstruct.model import RecordCase, has_curve
-from blockstruct.motion import MotionState, MovingProblem, follow, respond
+from blockstruct.motion import MovingProblem, follow, respond
 from blockstruct.results.capacity import (
     arrays_of_response,
     beginning_of,
@@ -35,6 +34,27 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import forces_in, motions_in
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status
+
+_Item = TypeVar("_Item")
+_Value = TypeVar("_Value")
+
+
+def collect(
+    steps: Generator[_Item, None, _Value], hear: Callable[[int, _Item], object], kept: Sequence[_Item] = ()
+) -> tuple[list[_Item], _Value | None]:
+    """Return the items of a generator after kept ones, and its value; None after a KeyboardInterrupt.
+
+    A function hears each item with its number.
+    """
+    items = list(kept)
+
+    def add(item: _Item) -> None:
+        items.append(item)
+        hear(len(items) - 1, item)
+
+    with contextlib.suppress(KeyboardInterrupt):
+        return items, conclude(steps, add)
+    return items, None
 
 
 def trace_curve(
@@ -58,23 +78,14 @@ def trace_curve(
     case, start = result.case, perf_counter()
     if not has_curve(case):
         return result
-    states: list[MotionState] = [] if result.capacity is None else steps_of(result.capacity)
-    going = follow(MovingProblem(statics, problem, case), collapse, result.settings, list(states))
-    outcome, ended = result.outcome, None
-
-    def hear(state: MotionState) -> None:
-        states.append(state)
-        tell(listeners, StepDone(case, len(states) - 1, state))
-
-    try:
-        for k, state in enumerate(states):
-            tell(listeners, StepDone(case, k, state))
-        ended = conclude(going, hear)
-    except KeyboardInterrupt:
-        outcome = INTERRUPTED
+    kept = [] if result.capacity is None else steps_of(result.capacity)
+    for k, state in enumerate(kept):
+        tell(listeners, StepDone(case, k, state))
+    going = follow(MovingProblem(statics, problem, case), collapse, result.settings, list(kept))
+    states, ended = collect(going, lambda k, state: tell(listeners, StepDone(case, k, state)), kept)
     return replace(
         result,
-        outcome=outcome,
+        outcome=INTERRUPTED if ended is None else result.outcome,
         capacity=capacity_of(statics.model, case, state_arrays(states)) if states else None,
         curve_outcome=ended,
         duration=result.duration + perf_counter() - start,
@@ -114,14 +125,9 @@ def trace_record(result: CaseResult, statics: Statics, case: RecordCase, listene
         count = k + 1
         is_kept = result.response["state_of_contact"] <= k
         pieces.append(arrays_of_response(result.response.isel(time=slice(count), contact=is_kept.to_numpy())))
-    outcome, states = INTERRUPTED, list[RecordState]()
-
-    def hear(state: RecordState) -> None:
-        states.append(state)
-        tell(listeners, StateDone(case, count + len(states) - 1, state))
-
-    with contextlib.suppress(KeyboardInterrupt):
-        reason = conclude(respond(statics, case, last), hear)
+    states, reason = collect(respond(statics, case, last), lambda k, s: tell(listeners, StateDone(case, count + k, s)))
+    outcome = INTERRUPTED
+    if reason is not None:
         last = states[-1] if states else last
         time = last.time if last is not None and reason is Reason.BLOCKS_FALLEN else np.nan
         outcome = Outcome(_STATUS[reason], np.nan, reason, collapse_time=time)

@@ -323,10 +323,8 @@ class AnalysisFile:
         netCDF-4 demands one numbering of the whole file. Without it netCDF's own library reads arrays short.
         """
         with self.opened() as file:
-            histories = [f"{place}/history/iteration" for place in self.cases.values()]
-            return any(
-                netcdf.begins_anew(netcdf.member(file, "/model"), netcdf.member(file, place)) for place in histories[:1]
-            )
+            model, first = netcdf.member(file, "/model"), [*self.cases.values()][:1]
+            return any(netcdf.begins_anew(model, netcdf.member(file, f"{at}/history/iteration")) for at in first)
 
     def _violations(self, place: str, found: dict[str, Any], part: str) -> list[layout.Finding]:
         return [(_placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]
@@ -580,19 +578,8 @@ class ModelImage(NamedTuple):
         model = layout.model_dataset(analysis.model, patterns(analysis.cases))
         if found := _violations("/model", model, "model"):
             raise violated(path, found)
-        global _last_model
-        image = (
-            None if _last_model is None else netcdf.with_numbers(_last_model.image, "/model", _last_model.model, model)
-        )
-        if image is None:
-            text = json.dumps(schema(SCHEMA), separators=(",", ":"))
-            image = netcdf.netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model})
-        _last_model = cls(image, model)
-        return _last_model
-
-
-#: Part of the last file. The next run of a study often has the same model but for the strength of its joints.
-_last_model: ModelImage | None = None
+        text = json.dumps(schema(SCHEMA), separators=(",", ":"))
+        return cls(netcdf.netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model}), model)
 
 
 def sealed_image(
