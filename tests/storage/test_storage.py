@@ -491,7 +491,7 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
 def test_storing_grows_with_the_cases_and_not_faster(small_analysis, monkeypatch, tmp_path):
     """Each case more writes and reads as many variables as the case before it."""
     calls = []
-    for name in ("_stored", "_attributes"):
+    for name in ("_stored", "attributes"):
         plain = getattr(netcdf, name)
         monkeypatch.setattr(netcdf, name, lambda *words, _plain=plain: calls.append(1) or _plain(*words))
     result, counts = small_analysis["push associative"], []

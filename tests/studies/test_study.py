@@ -13,7 +13,7 @@ import blockstruct as bs
 import studied
 from blockstruct import Q_, studies
 from blockstruct.analysis import IterationDone
-from blockstruct.storage.run_folder import WriterLock
+from blockstruct.storage.run_folder import writer_lock
 from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
 MU = {"friction_coefficient": [0.3, 0.4, 0.6]}
@@ -226,7 +226,7 @@ def test_a_run_counts_as_found_once_its_file_is_in_place(tmp_path, monkeypatch):
         bs.study(studied.block, values, tmp_path, workers=1)
     assert (tmp_path / f"{path.name}.partial" / "plan").is_file()
     assert not bs.storage.is_unfinished(path)
-    with WriterLock(path):
+    with writer_lock(path):
         bs.study(studied.block, values, tmp_path, workers=1, listeners=[seen.append])
     assert (seen[0].found, seen[0].total) == (1, 1)
     assert bs.AnalysisManager.resume(path).status == "finished"
@@ -374,7 +374,7 @@ def test_a_run_of_another_study_is_elsewhere_and_has_not_failed(tmp_path):
     seen = []
     path = tmp_path / str(bs.study(studied.block, {"friction_coefficient": [0.4]}, tmp_path, workers=1).path.item())
     path.unlink()
-    with WriterLock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 3 runs"):
+    with writer_lock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 3 runs"):
         data = bs.study(studied.block, MU, tmp_path, workers=1, listeners=[seen.append])
     assert data.elsewhere.to_numpy().tolist() == [False, True, False]
     assert data.status.sel(case="push").to_numpy().tolist() == ["converged", "elsewhere", "converged"]

@@ -18,7 +18,7 @@ import pytest
 import blockstruct as bs
 import studied
 from blockstruct import Q_
-from blockstruct.storage.run_folder import WriterLock
+from blockstruct.storage.run_folder import writer_lock
 
 SUPPORT = Path(studied.__file__).parent
 MU = {"friction_coefficient": [0.3, 0.4, 0.45, 0.6]}
@@ -128,7 +128,7 @@ def test_a_run_that_another_writes_is_elsewhere_on_a_cluster(cluster, tmp_path):
     values = {"friction_coefficient": [0.3, 0.4]}
     path = tmp_path / str(bs.study(studied.block, values, tmp_path, cluster=cluster).path.to_numpy().ravel()[1])
     path.unlink()
-    with WriterLock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 2 runs"):
+    with writer_lock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 2 runs"):
         data = bs.study(studied.block, values, tmp_path, cluster=cluster)
     assert data.elsewhere.to_numpy().tolist() == [False, True]
     assert not path.exists()

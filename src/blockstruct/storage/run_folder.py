@@ -172,8 +172,9 @@ def _in_the_way(path: Path) -> StorageError:
     )
 
 
-class WriterLock:
-    """The right to write a file, from construction to :meth:`release` or the end of the process, however it ends.
+@contextlib.contextmanager
+def writer_lock(path: Path) -> Iterator[None]:
+    """Hold the right to write a file, in a context, or to the end of the process, however it ends.
 
     Parameters
     ----------
@@ -187,51 +188,42 @@ class WriterLock:
     StorageError
         If the file system has no locks.
     """
-
-    def __init__(self, path: Path) -> None:
-        self.folder = folder_of(path)
-        lock = self.folder / "lock"
-        while True:
-            self._stream = _opened(lock, path)
-            try:
-                _take(self._stream)
-            except OSError as error:
-                self._stream.seek(0)
-                holder = self._stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
-                self._stream.close()
-                if error.errno in _HELD:
-                    msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
-                    raise BusyError(msg) from error
-                msg = (
-                    f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
-                    "file; choose a folder on a local disk, and copy the file when it is finished"
-                )
-                raise StorageError(msg) from error
-            with contextlib.suppress(FileNotFoundError):
-                # The last holder may have removed the file between the two lines above.
-                if os.path.samestat(os.fstat(self._stream.fileno()), lock.stat()):
-                    break
-            self._stream.close()
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        with contextlib.suppress(OSError):  # A lock on a full disk does not name its holder.
-            self._stream.truncate(0)
-            self._stream.write(f"process {os.getpid()} on {platform.node()} since {now}\n".encode())
-
-    def release(self) -> None:
-        """Let others write; remove the folder if it holds nothing but the lock."""
+    lock = folder_of(path) / "lock"
+    while True:
+        stream = _opened(lock, path)
+        try:
+            _take(stream)
+        except OSError as error:
+            stream.seek(0)
+            holder = stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
+            stream.close()
+            if error.errno in _HELD:
+                msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
+                raise BusyError(msg) from error
+            msg = (
+                f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
+                "file; choose a folder on a local disk, and copy the file when it is finished"
+            )
+            raise StorageError(msg) from error
+        with contextlib.suppress(FileNotFoundError):
+            # The last holder may have removed the file between the two lines above.
+            if os.path.samestat(os.fstat(stream.fileno()), lock.stat()):
+                break
+        stream.close()
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    with contextlib.suppress(OSError):  # A lock on a full disk does not name its holder.
+        stream.truncate(0)
+        stream.write(f"process {os.getpid()} on {platform.node()} since {now}\n".encode())
+    try:
+        yield
+    finally:
         with contextlib.suppress(OSError):  # Another writer may be quicker than these lines.
-            if [file.name for file in self.folder.iterdir()] == ["lock"]:
+            if [file.name for file in lock.parent.iterdir()] == ["lock"]:
                 if sys.platform == "win32":
-                    self._stream.close()  # Windows removes no open file, nor one that another writer has opened since.
-                (self.folder / "lock").unlink()
-                self.folder.rmdir()
-        self._stream.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
+                    stream.close()  # Windows removes no open file, nor one that another writer has opened since.
+                lock.unlink()
+                lock.parent.rmdir()
+        stream.close()
 
 
 def _opened(lock: Path, path: Path) -> IO[bytes]:
@@ -290,7 +282,7 @@ def tidy(path: str | Path) -> None:
     place = place_of(path)
     with contextlib.suppress(StorageError, OSError):
         if folder_of(place).is_dir() and not is_unfinished(place):
-            with WriterLock(place):
+            with writer_lock(place):
                 clear(folder_of(place))
 
 
@@ -345,7 +337,7 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     """
     place = claim(path)
     confirm(analysis)
-    with WriterLock(place):
+    with writer_lock(place):
         _refuse_killed(place)
         clear(folder_of(place))
         _write(sealed_image(analysis, place), place, Target.at(place))
@@ -363,7 +355,7 @@ def save_image(image: bytes, path: str | Path) -> Path:
         If the path cannot be written, or another process is writing it.
     """
     place = claim(path)
-    with WriterLock(place):
+    with writer_lock(place):
         clear(folder_of(place))
         _write([image], place, Target.at(place))
     return place
@@ -635,7 +627,7 @@ class Checkpoint:
         """
         place = place_of(path)
         folder = folder_of(place)
-        with WriterLock(place):
+        with writer_lock(place):
             _refuse_killed(place)
             clear(folder)
             try:
@@ -682,7 +674,7 @@ class Checkpoint:
             instead = named_instead(Path(path))
             msg = f"{path}: {f'is {instead}' if instead else f'no working data, {folder}: {reason}'}"
             raise StorageError(msg)
-        with WriterLock(place):
+        with writer_lock(place):
             target = Target.read(folder)
             # Before anything is solved: a copied run finds a copy of the file that it was to replace.
             target.check(place, Stamp.at(place))

@@ -2,9 +2,7 @@
 
 import contextlib
 import copy
-import hashlib
 import itertools
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,45 +24,11 @@ from blockstruct.errors import (
 from blockstruct.files import MOST_READ
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, Model
-from blockstruct.results import stored_value
 from blockstruct.results.analysis import checked_parameters, checked_value, plain_value
+from blockstruct.studies.plan import Run
 from blockstruct.units import Q_, SI_UNITS, parse
 
 GRID, PAIRED, LATIN, MONTE_CARLO = "grid", "paired", "latin hypercube", "monte carlo"
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One run: the values of all parameters, and the name of its file.
-
-    Attributes
-    ----------
-    values : dict
-        Numbers, texts and quantities by parameter.
-    name : str
-        Name of the file without suffix. It depends on the values alone.
-    """
-
-    values: dict[str, Any]
-    name: str
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> "Run":
-        """Return the run of values.
-
-        The name uses coherent SI units: 4 MPa and 4000 kPa give the same name.
-        """
-        plain = {name: plain_value(value) for name, value in values.items()}
-        digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
-        return cls(dict(values), f"run-{digest[:12]}")
-
-    @property
-    def stored(self) -> dict[str, Any]:
-        """Return the values as JSON stores them and as a worker receives them.
-
-        Quantities belong to one process and cannot be sent.
-        """
-        return {name: stored_value(value) for name, value in self.values.items()}
 
 
 @dataclass(frozen=True, slots=True)
