@@ -87,7 +87,7 @@ def test_a_curve_of_another_model_is_told(model, tmp_path):
     bs.run(model, CASE, path)
     with edited(path) as file:
         file["cases/push/capacity/block"][0] = "another"
-    with pytest.raises(bs.errors.FormatError, match="block names of the capacity curve"):
+    with pytest.raises(bs.errors.FormatError, match="/capacity: the names along block are not those of /model"):
         bs.open_analysis(path)
 
 
