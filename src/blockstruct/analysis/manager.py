@@ -24,7 +24,7 @@ from blockstruct.analysis.events import (
     with_progress,
 )
 from blockstruct.analysis.motions import INTERRUPTED, ReplaySolver, collect, kept_state, trace_curve, trace_record
-from blockstruct.errors import LoadFactorWarning, ModelError, UnusualValueWarning, shown
+from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
@@ -310,7 +310,7 @@ class AnalysisManager:
             try:
                 statics, problem = problems[name] if name in problems else self._problem_of(before)
                 place = (number, len(analysis))
-                results[name] = result = self._run_case(before, statics, problem, listeners, place)
+                results[name] = result = self.run_case(before, statics, problem, listeners, place)
                 try:
                     if self.effects and not result.schedule:
                         results[name] = result = with_effects(result)
@@ -323,14 +323,18 @@ class AnalysisManager:
                 break
         return analysis.replaced(results=results, versions=of_numbers)
 
-    def _run_case(
+    def run_case(
         self,
         before: CaseResult,
         statics: Statics,
         problem: LimitProblem,
-        listeners: Sequence[Listener],
-        place: tuple[int, int],
+        listeners: Sequence[Listener] = (),
+        place: tuple[int, int] = (1, 1),
     ) -> CaseResult:
+        """Run a planned or interrupted case from its statics and limit problem, without remedies and warnings.
+
+        The case is number ``place[0]`` of ``place[1]`` for its listeners.
+        """
         case, settings, start = before.case, before.settings, perf_counter()
         scaled, solver = problem.at_unit_load, self._solver_of(settings)
         replay = ReplaySolver(statics, scaled, before.history, solver) if before.n_iterations else None
@@ -489,11 +493,11 @@ def run_again(result: CaseResult, model: Model, settings: ProcedureSettings | No
     KeyboardInterrupt
         After an interrupt.
     """
-    with warnings.catch_warnings():
-        for category in (LoadFactorWarning, UnusualValueWarning):
-            warnings.simplefilter("ignore", category)
-        manager = AnalysisManager(model, settings=settings or result.settings, progress=False, effects=False)
-        found = manager.run([result.case.renamed(result.name)])[result.name]
+    case, settings = result.case.renamed(result.name), settings or result.settings
+    manager = AnalysisManager(model, settings=settings, progress=False)
+    problem = LimitProblem.of(manager.statics, case)
+    before = plan.planned_result(plan.Run(case, settings), manager.statics, problem, plan.now())
+    found = manager.run_case(before, manager.statics, problem)
     if found.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return found
