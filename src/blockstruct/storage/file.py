@@ -512,8 +512,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     for name, place in file.cases.items():
         with _damage_at(file, place):
             results[name] = _result(file, groups, place, patterns, model, blank)
-            violations += layout.reaction_findings(place, groups[place], results[name])
-            violations += layout.certificate_findings(place, results[name])
+            violations += layout.result_findings(place, groups[place], results[name])
     if violations:
         raise violated(file.path, violations)
     return Analysis(

@@ -590,21 +590,17 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any, parts: Contain
             yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
 
 
-def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
-    """Find a reaction of a settlement that contradicts its load factor."""
+def result_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
+    """Find a reaction that contradicts its load factor, and a certificate that holds against its own measures."""
+    certificate, answer = result.certificate, result.answer
     if "reaction" in case:
-        stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
+        stated, found = float(case["reaction"]), answer.factor * result.load_factor
         if not np.isclose(stated, found, rtol=ROUNDING, atol=0.0, equal_nan=True):
-            unit = result.answer.unit
-            yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
-
-
-def certificate_findings(path: str, result: CaseResult) -> Iterator[Finding]:
-    """Find a certificate that holds against its own measures."""
-    certificate = result.certificate
+            texts = f"{stated:.6g} {answer.unit}, that of its load factor {found:.6g} {answer.unit}"
+            yield f"{path}/reaction", f"the reaction is {texts}"
     if certificate is not None and certificate.holds and not certificate.is_within_tolerances:
-        texts = [f"{name} {value} (tolerance {limit})" for name, (value, limit) in certificate.texts.items()]
-        yield f"{path}/holds", f"the certificate holds, against its measures: {', '.join(texts)}"
+        texts = ", ".join(f"{name} {value} (tolerance {limit})" for name, (value, limit) in certificate.texts.items())
+        yield f"{path}/holds", f"the certificate holds, against its measures: {texts}"
 
 
 def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:

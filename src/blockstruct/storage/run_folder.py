@@ -383,10 +383,6 @@ class Target(NamedTuple):
         except (*DAMAGE, OSError):
             return cls()
 
-    def with_made(self, made: Stamp) -> Self:
-        """Return the target of a run that has made its file."""
-        return self._replace(replaces=(*self.replaces, made), made=made)
-
     def write(self, folder: Path) -> None:
         """Keep the target in the folder of its run."""
         _put(folder / "target", json.dumps({"replaces": self.replaces, "is_made": self.made is not None}).encode())
@@ -445,7 +441,8 @@ def _write(parts: Iterable[bytes | memoryview], place: Path, target: Target, *, 
     draft = folder / "draft"
     with _draft(parts, draft, place):
         if note:
-            target.with_made(Stamp.of(draft.stat())).write(folder)
+            made = Stamp.of(draft.stat())
+            Target((*target.replaces, made), made).write(folder)
         while (present := Stamp.at(place)) is None:
             try:
                 # Unlike a rename, this fails if a file appears between the line above and this one.
