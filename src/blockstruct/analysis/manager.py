@@ -410,8 +410,8 @@ def with_effects(
 
     A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
     the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times the time of
-    the case. With ``is_estimate`` torsion and crushing take a fifth of it: the load factors of both loading paths are
-    compared after ``COMPARED`` steps. docs/theory/torsion.md compares the estimates with the remedy.
+    the case. With ``is_estimate`` torsion and crushing take a fifth of that time: the load factors of both loading
+    paths are compared after ``COMPARED`` steps. docs/theory/torsion.md compares the estimates with the remedy.
 
     Parameters
     ----------

@@ -638,7 +638,7 @@ def part_findings(path: str, ds: xr.Dataset, model: xr.Dataset) -> Iterator[Find
         of_point = stored["interface"][stored["interface_of_contact_point"]]
         if np.any(stored["contact_point"] != of_point):
             yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
-    # The ties of a history are stretches of those of the model.
+    # The ties of a history are stretches of the ties of the model.
     for dim in stored.keys() & ({"block", "interface"} if "tie_of_model" in stored else {"block", "interface", "tie"}):
         if dim not in model.variables or not np.array_equal(stored[dim], model.variables[dim].to_numpy()):
             yield path, f"the names along {dim} are not those of /model"
