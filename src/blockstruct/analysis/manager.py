@@ -70,7 +70,9 @@ class Recorder:
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
                 held = {"holds": np.array([iteration.certificate.holds])}
                 self._working.commit(case.name, "iteration", index, arrays | held)
-            case StepDone(case, index, state) | StateDone(case, index, state):
+            case StepDone(case, index, step):
+                self._working.commit(case.name, "step", index, state_arrays([step]))
+            case StateDone(case, index, state):
                 self._working.commit(case.name, "step", index, state_arrays([state]))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)

@@ -340,8 +340,8 @@ def _detection(stored: Mapping[str, Any], names: Mapping[str, Sequence[str]]) ->
     return DetectionReport(
         DetectionTolerances(**{field: float(stored[name]) for field, name in _TOLERANCES.items()}),
         tuple(
-            FoundContact(block[i], block[j], interface[k], reason, *measures, JointOrientation(lie), bool(near))
-            for i, j, k, reason, lie, near, *measures in _rows(stored, "contact", _CONTACT)
+            FoundContact(block[i], block[j], interface[k], reason, gap, angle, area, JointOrientation(lie), bool(near))
+            for i, j, k, reason, lie, near, gap, angle, area in _rows(stored, "contact", _CONTACT)
         ),
         nonplanar_faces=tuple((block[i], face, off) for i, face, off in _rows(stored, "nonplanar_face", _FACE)),
         **parts,
