@@ -377,7 +377,7 @@ def test_a_bar_shows_case_and_iteration(small_model, small_cases):
             seen.append((progress.tasks[0].description, progress.tasks[0].completed))
 
         bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
-    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, load factor 0\.\d{4}, gap \de[+-]\d+"
+    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, load factor 0\.\d{4}, gap \de[+-]\d+, [a-z ]+"
     assert any(re.fullmatch(shown, text) for text, _ in seen)
     assert [done for _, done in seen].count(0.0) == [done for _, done in seen].count(1.0) == 2
     assert all(0 < done < 1 for text, done in seen if "iteration 1," in text)
