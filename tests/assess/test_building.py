@@ -126,7 +126,7 @@ def test_an_interrupt_ends_the_whole_building(monkeypatch):
 
 def test_an_interrupted_building_continues_from_its_store(monkeypatch, tmp_path):
     store, begun = tmp_path / "house.h5", []
-    run_case = bs.AnalysisManager._run_case
+    run_case = bs.AnalysisManager.run_case
 
     def counted(self, before, *rest):
         begun.append(before.name)
@@ -134,7 +134,7 @@ def test_an_interrupted_building_continues_from_its_store(monkeypatch, tmp_path)
             raise KeyboardInterrupt
         return run_case(self, before, *rest)
 
-    monkeypatch.setattr(bs.AnalysisManager, "_run_case", counted)
+    monkeypatch.setattr(bs.AnalysisManager, "run_case", counted)
     arguments = (block(), SELF_WEIGHT, SITE)
     keywords = {"directions": ["+x", "+y"], "progress": False, "store": store}
     for ended in ("1 run ended (push +x)", "3 runs ended"):
