@@ -78,15 +78,24 @@ def test_an_arch_on_spreading_abutments_falls(spread):
 
 
 @pytest.mark.parametrize(
-    "steps", [80, pytest.param(120, marks=pytest.mark.slow), pytest.param(240, marks=pytest.mark.slow)]
+    ("steps", "error"),
+    [
+        (40, 5e-3),
+        (80, 2.5e-3),
+        pytest.param(120, 2.5e-3, marks=pytest.mark.slow),
+        pytest.param(240, 2.5e-3, marks=pytest.mark.slow),
+    ],
 )
-def test_the_fall_of_an_arch_depends_little_on_steps(steps):
-    """The arch turns hardly unstable, and blocks fall slowly at first: 120 steps gave a curve without a fall."""
+def test_the_fall_of_an_arch_depends_little_on_steps(steps, error):
+    """The arch turns hardly unstable, and blocks fall slowly at first: 120 steps gave a curve without a fall.
+
+    With 40 steps, a step goes further than asked, however short: the search for the fall had no end.
+    """
     stone = bs.Material("limestone", "25 kN/m^3")
     blocks = bs.arch(span=Q_(3.4, "m"), thickness=Q_(0.6, "m"), depth=Q_(1, "m"), voussoirs=13, material=stone)
     result = settle(model_of(blocks, bs.JointMaterial("dry", 0.6)), "-z", "2.5 m", steps=steps)
-    # 1.892, 1.880, 1.877, 1.876 and 1.874 m with 20, 40, 80, 120 and 240 steps.
-    assert float(result.capacity["d0"]) == pytest.approx(1.875, abs=2.5e-3)
+    # 1.892, 1.880, 1.877, 1.874 and 1.874 m with 20, 40, 80, 120 and 240 steps.
+    assert float(result.capacity["d0"]) == pytest.approx(1.875, abs=error)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")

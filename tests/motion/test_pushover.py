@@ -475,39 +475,34 @@ def test_two_blocks_that_slide_apart_from_each_other(steps):
 
 @pytest.mark.slow
 def test_units_that_slide_first_and_rock_then():
-    """Half of the steps, the same curve to 2 % up to the first fall, and its zero to a thousandth: 55 units."""
+    """Half of the steps, the same curve to 2 % up to 0.7 m, and its zero to a thousandth: 55 units."""
     rows = [[1] * 4 if j % 2 == 0 else [0.5, 1, 1, 1, 0.5] for j in range(12)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", 0.65))
     one, other = (run(model, blocks[-1].name, (1, 0, 0), steps=steps).capacity for steps in (30, 60))
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=1e-3)
-    first = min(float(curve["displacement"].where(curve["falls"] == 1).min()) for curve in (one, other))
-    at = np.linspace(0.05, first, 18)
-    assert first > 0.4
-    curves = [np.interp(at, curve["displacement"], curve["load_factor"]) for curve in (one, other)]
+    assert min(float(curve["displacement"].where(curve["falls"] == 1).min()) for curve in (one, other)) > 0.7
+    curves = [np.interp(np.linspace(0.05, 0.7, 18), c["displacement"], c["load_factor"]) for c in (one, other)]
     assert curves[0] == pytest.approx(curves[1], rel=2e-2)
 
 
-@pytest.mark.parametrize(
-    "steps", [pytest.param(12, marks=pytest.mark.slow), 20, pytest.param(40, marks=pytest.mark.slow)]
-)
-def test_a_loose_unit_that_falls_ends_the_curve(steps):
+@pytest.mark.parametrize(("steps", "falls"), [pytest.param(12, True, marks=pytest.mark.slow), (20, False), (40, True)])
+def test_a_loose_unit_that_falls_ends_the_curve(steps, falls):
     """The end unit 5.1 falls off a wall at a seventh of its height: forces there are no load factor of the wall.
 
-    Twelve steps, each as long as the fall is deep, come past it. The curve that goes on from there is doubted.
+    With 20 steps the units below hold it again. The curve that continues from there is doubted.
     """
     rows = [[1, 1] if j % 2 == 0 else [0.35, 1, 0.65] for j in range(5)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
     result = run(model_of(blocks, bs.JointMaterial("dry", 0.577)), blocks[-1].name, (-1, 0, 0), steps=steps)
     curve = result.capacity
-    if steps < 20:
+    assert np.isnan(curve["d0"]) == falls
+    if falls:
+        assert result.curve_outcome.end == "falls"
+    else:
         doubts = {part.doubt for part in bs.results.doubtful_parts(curve, result.settings.procedure)}
         assert doubts & {"slips", "leaps"}
-    else:
-        assert np.isnan(curve["d0"])
-        assert result.curve_outcome.end in ("falls", "not_solved", "limit_reached")
     assert float(curve["displacement"][-1]) > 0.1
-    assert float(curve["inertia"].where(curve["falls"] == 0).max()) < 1e-2
 
 
 @pytest.mark.slow

@@ -24,6 +24,9 @@ RECENT = 4
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 #: Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
+#: Share of work that hardly counts. If inertia does more of the work of a step, blocks fall. Forces may do as much of
+#: the work of a step across a gap that the step closes. A step may miss as much of all work so far.
+HARDLY = 1e-3
 
 
 class Course:
@@ -57,7 +60,7 @@ class Course:
 
         The curve begins at the first state whose certificate holds. Before that state, joints deform elastically.
         """
-        dead, pushed, _ = self._work(state)
+        dead, pushed = self._work(state)
         self._done += _sum_of(dead, pushed)
         position, overlap = self._completed
         self._overlap = overlap if position is state.position else self._overlap_of(state)
@@ -131,7 +134,8 @@ class Course:
             speed=problem.fastest(u),
         )
         dissipation, kinetic = dissipated(problem, x, T, u), float(u @ inertia)
-        first = self.curve[0][1] if self.curve else alpha
+        # A settlement may have no reaction. Its load factor of one is the dead load.
+        first = 1.0 if self.problem.at_rest.settlement else self.curve[0][1] if self.curve else alpha
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
         within = max(c.equilibrium_residual, c.yield_excess, c.interpenetration) <= CERTIFIED
@@ -141,6 +145,7 @@ class Course:
             dissipation=dissipation,
             work=work,
             inertia=kinetic / work,
+            falls=kinetic > HARDLY * work,
             tie_elongation=moved.elongation,
             crushed_depth=moved.crushed.depth,
             crushed_share=moved.crushed.share,
@@ -160,10 +165,9 @@ class Course:
             return replace(state, energy_error=0.0)
         # Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated, or pushes
         # blocks into each other until the next step, or crushes them.
-        dead, pushed, variable = self._work(state)
-        u = moved.velocities(carried(before, placement))
-        rate = (before.dissipation + dissipated(problem, x, T, u) / float(problem.w_L @ u)) / 2
-        missed = abs(dead + pushed - variable * rate - (overlap - self._overlap))
+        dead, pushed = self._work(state)
+        rate = (before.dissipation + dissipated(problem, x, T, moved.velocities(carried(before, placement)))) / 2
+        missed = abs(dead + pushed - before.motion_time * rate - (overlap - self._overlap))
         done = self._done + _sum_of(dead, pushed)
         return replace(state, energy_error=missed / max(done, 1e-300))
 
@@ -182,18 +186,14 @@ class Course:
             return self.at(placement, state.reach)
         return self.problem.at(placement, state.reach, *self._lengths(placement), _crushed_of(state))
 
-    def _work(self, state: MotionState) -> tuple[float, float, float]:
-        """Return the work of the loads from the last state of the curve to another, J, by the trapezoidal rule.
-
-        It is the work of the dead load, of the variable load, and of the variable load at a load factor of one.
-        """
+    def _work(self, state: MotionState) -> tuple[float, float]:
+        """Return the work of both loads from the last state of the curve to another, J, by the trapezoidal rule."""
         before = self.last
         if before is None or not self.curve:
-            return 0.0, 0.0, 0.0
+            return 0.0, 0.0
         one, other = (Placement.at(of.position, of.rotation) for of in (before, state))
-        variable = self.problem.variable.work(one, other)
-        pushed = variable * (before.load_factor + state.load_factor) / 2
-        return self.problem.dead.work(one, other), pushed, variable
+        mean = (before.load_factor + state.load_factor) / 2
+        return self.problem.dead.work(one, other), mean * self.problem.variable.work(one, other)
 
 
 def recomputed(problem: MovingProblem, settings: ProcedureSettings, states: Sequence[MotionState]) -> list[MotionState]:

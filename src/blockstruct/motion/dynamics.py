@@ -211,7 +211,7 @@ class Dynamics:
         point = self._centres(motion.placement)[plus] + _turned(R[plus], contacts.arm[1, loaded])
         return ContactForces(minus, plus, point, _turned(R[contacts.face[loaded]], own))
 
-    def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float, *, whole: bool = False) -> Step | None:
+    def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float) -> Step | None:
         """Return the state after a step; None without a solution.
 
         Parameters
@@ -222,8 +222,6 @@ class Dynamics:
             Returns the loads (B, 6) about the centres of mass in a step of a given length, s.
         h
             Length of the step, s. The step ends before or at an impact in it.
-        whole
-            Whether the step does not end at impacts.
         """
         free, ends, system = self._free, contacts.ends, contacts.system
         R, G, momentum = motion.placement.rotation, self._centres(motion.placement), motion.momentum[self._free]
@@ -238,8 +236,7 @@ class Dynamics:
         gap = (frame[:, 0] * (point[1] - point[0])).sum(axis=1)
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
-        if not whole:
-            h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float(np.vdot(V, momentum)))
+        h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float(np.vdot(V, momentum)))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
         spin = (before[:, 3:] @ ACROSS).reshape(-1, 3, 3)

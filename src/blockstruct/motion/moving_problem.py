@@ -30,9 +30,6 @@ from blockstruct.statics import (
 )
 from blockstruct.vocabulary import Torsion, listed
 
-#: Largest distance of the mirror image of a point from another point that is the same, in mean block sizes.
-ALIKE = 1e-5
-
 
 @dataclass(frozen=True)
 class MovedProblem:
@@ -79,7 +76,7 @@ class MovedProblem:
         """The problem of half of the structure; None if blocks have not moved symmetrically."""
         if self.plane is None or not len(self.contacts.gap):
             return None
-        return Mirror.about(self.problem, self.plane, self.placement.position, self.contacts.points, ALIKE)
+        return Mirror.about(self.problem, self.plane, self.placement.position, self.contacts.points, NEGLIGIBLE)
 
     def of_cells(self, values: Array, other: float) -> Array:
         """Return the values (K,) of the cells of contact points, given those (C,) of all cells and another."""

@@ -17,7 +17,7 @@ from blockstruct.arrays import Array, Flags
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
-from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import HARDLY, RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
@@ -35,29 +35,18 @@ FASTEST = 3.0
 OFF = 1.5
 #: Longest reach, for blocks that move further, in mean block sizes.
 WIDEST = 0.25
-#: Largest height of free fall in a step, in mean block sizes. Inertia is small then.
-HIGHEST = 1e3
-#: Share of the work of a step that forces may do across a gap that the step closes. A shortened step leaves this share
-#: of the gap open. Share of all work so far that a step may miss. Load factor, relative to the first one, that goes to
-#: zero in one step.
-ACROSS = 1e-3
 #: Least share of a step, also while blocks fall.
 SHORTEST = 1 / 4096
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
 #: Load factor, relative to collapse, above which something immovable stops the push.
 JAMS = 100.0
-#: Share of inertia in the work of the last step above which blocks fall. Speed, relative to the fastest block, above
-#: which a moving block is named.
-MOSTLY = 0.5
 #: Largest number of states, and of falls in a row, relative to the requested number of steps.
 PATIENCE = 5
 #: Requested number of steps that this limit assumes if fewer are requested.
 FEW = 20
 #: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
 ABOVE = 0.015
-#: Most blocks that are named.
-NAMED = 5
 
 
 States = Generator[MotionState, None, CurveOutcome]
@@ -221,7 +210,7 @@ class _Path:
         )
         if solved is None:
             return None
-        settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time, falls=False)
+        settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time)
         self._going = replace(
             settled,
             velocity=mechanism[:, :3],
@@ -268,7 +257,7 @@ class _Path:
     def lost(self) -> CurveEnd:
         """How the curve ends where no step is solved."""
         last = self._course.last
-        return CurveEnd.FALLS if last is not None and last.inertia > MOSTLY else CurveEnd.NOT_SOLVED
+        return CurveEnd.FALLS if last is not None and last.falls else CurveEnd.NOT_SOLVED
 
     def outcome(self, end: CurveEnd) -> CurveOutcome:
         """Facts of the end."""
@@ -310,6 +299,11 @@ class _Path:
         return min(even, self._longest)
 
     @property
+    def _highest(self) -> float:
+        """Largest height of free fall in a step, m. Inertia is small then."""
+        return self._length / HARDLY
+
+    @property
     def _longest(self) -> float:
         """Longest way of the next step, m."""
         return GROWTH * max(float(np.diff(self._ways[-RECENT:]).max()), COMPLIANCE * self._length)
@@ -335,7 +329,7 @@ class _Path:
                 return fallen
             height *= GROWTH**2
         pushed = self._pushed(placement, twist, way, memory)
-        while pushed is None and height < HIGHEST * self._length:
+        while pushed is None and height < self._highest:
             if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
                 return fallen
             height *= GROWTH**2
@@ -344,19 +338,21 @@ class _Path:
     def _pushed(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement and its step of a way, which may be shorter.
 
-        A step ends just before a gap closes across which a force would work. The shortest step does not: blocks drop.
+        A step ends just before a gap closes across which a force would work. The shortest step does not, but no step is
+        found if blocks leap in it.
         """
         step = self._planned(placement, twist, way, memory)
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
-            found = self._completed(step.moved, solved, inertia_time, falls=time <= step.least)
+            found = self._completed(step.moved, solved, inertia_time)
             jams, broken = self._jams(solved), self._until_broken(found)
             share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
-            if found.energy_error > ACROSS:
+            if found.energy_error > HARDLY:
                 # A shorter step misses less work, unless blocks drop or meet.
                 share = min(share, SHORTER)
             if time <= step.least or (share == 1 and not jams):
-                return None if jams else found
+                leaps = time <= step.least and self._way(found) > SHORTER * step.way
+                return None if jams or leaps else found
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 step.least, step.far = 0.0, share * step.far
@@ -415,7 +411,7 @@ class _Path:
         while height > ZERO * self._length:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
-                found = self._completed(moved, solved, inertia_time, falls=True)
+                found = self._completed(moved, solved, inertia_time)
                 return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
             height = min(height, reach) / 4
         return None
@@ -430,12 +426,12 @@ class _Path:
                 return solved, time, inertia_time
         return None, np.nan, np.nan
 
-    def _completed(self, moved: MovedProblem, solved: StepSolution, inertia_time: float, *, falls: bool) -> MotionState:
+    def _completed(self, moved: MovedProblem, solved: StepSolution, inertia_time: float) -> MotionState:
         """Return the complete state of a solution."""
         # Only inertia resists a mechanism: rounding shifts the work that was prescribed.
         time = float(moved.problem.w_L @ solved.u)
         motion = moved.twist(solved.u / time)
-        state = self._state(moved, solved, motion, time, inertia_time, falls=falls)
+        state = self._state(moved, solved, motion, time, inertia_time)
         state = replace(state, solver_iterations=self._spent, solver_time=perf_counter() - self._start)
         return self._course.complete(state, moved)
 
@@ -453,13 +449,13 @@ class _Path:
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
         # If a hinge moves along a joint, the contact point next to it carried the force before.
         new = np.concatenate([step.before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
-        across = new & (gaps > closed) & (forces * units * gaps > ACROSS * work)
+        across = new & (gaps > closed) & (forces * units * gaps > HARDLY * work)
         if not across.any():
             return 1.0
         going = moved.velocities(step.twist * time)
         rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
-        share = (1 - ACROSS) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
-        return share if share < 1 - ACROSS else SHORTER
+        share = (1 - HARDLY) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
+        return share if share < 1 - HARDLY else SHORTER
 
     def _step(
         self, moved: MovedProblem, before: Array, motions: Sequence[Array], time: float | None, height: float
@@ -493,8 +489,6 @@ class _Path:
         motion: Array,
         time: float,
         inertia_time: float,
-        *,
-        falls: bool,
     ) -> MotionState:
         placement, problem = moved.placement, moved.problem
         return MotionState(
@@ -505,7 +499,6 @@ class _Path:
             angular_velocity=motion[:, 3:],
             motion_time=time,
             inertia_time=inertia_time,
-            falls=falls,
             reach=moved.reach,
             tie_force=moved.tie_force(solved.tie_force),
             solver_iterations=0,
@@ -522,7 +515,7 @@ class _Path:
         """
         least, grown = WIDEST * self._length / 4, GROWTH**2 * STANDARD_GRAVITY * last.inertia_time**2
         fallen = float(np.linalg.norm(last.velocity, axis=1).max()) * last.motion_time
-        return grown if last.falls and fallen < least / 4 and grown < HIGHEST * self._length else least
+        return grown if last.falls and fallen < least / 4 and grown < self._highest else least
 
     def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
         """Return the share of the step of a state at which the load factor is nearly zero; one if it stays above."""
@@ -534,9 +527,9 @@ class _Path:
             return 1.0
         alpha, way = found.load_factor, self._way(found)
         left = alpha * self._way(last) / (last.load_factor - alpha)
-        if not COMPLIANCE * self._length < left < (1 - ACROSS) * way:
+        if not COMPLIANCE * self._length < left < (1 - HARDLY) * way:
             return 1.0
-        return left / way * (1 - SHORTER if alpha > ACROSS * abs(curve[0][1]) else 1.0)
+        return left / way * (1 - SHORTER if alpha > HARDLY * abs(curve[0][1]) else 1.0)
 
     def _until_broken(self, found: MotionState) -> float:
         """Return the share of the way of a state up to the first tie that breaks; one if no tie breaks.
@@ -600,14 +593,15 @@ class _SettlementPath(_Path):
         """
         if way is not None:
             return super().advance(way)
-        state = self._ahead or super().advance()
+        state, gone = self._ahead or super().advance(), np.inf
         self._ahead = None
         while state is not None and not state.falls:
             self._ahead = self._after(state).follow()
-            gone = self._way(state)
+            gone = min(gone, self._way(state))
             if (self._ahead is not None and not self._ahead.falls) or gone <= SHORTEST * self._goal / self._steps:
                 break
-            state, self._ahead = super().advance(SHORTER * gone), None
+            gone *= SHORTER
+            state, self._ahead = super().advance(gone), None
         return state
 
     def follow(self) -> MotionState | None:
@@ -660,7 +654,7 @@ def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcom
     """An end, and the blocks that move most in a motion, twists (B, 6)."""
     speed = np.linalg.norm(twist[:, :3], axis=1) * ~problem.structure.fixed
     fastest = np.argsort(-speed, kind="stable")
-    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > MOSTLY * speed.max()][:NAMED]]
+    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > ZERO * speed.max()]]
     along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
 
@@ -671,5 +665,5 @@ def _begins_above(problem: MovingProblem, first: MotionState) -> CurveOutcome:
     joints = set(map(tuple, np.sort(np.column_stack([points.minus, points.plus])).tolist()))
     pressed = np.sort(np.column_stack([first.minus_of_contact, first.plus_of_contact])).tolist()
     without = sorted({(i, j) for i, j in map(tuple, pressed)} - joints)
-    blocks = tuple(f"{names[i]}|{names[j]}" for i, j in without[:NAMED])
+    blocks = tuple(f"{names[i]}|{names[j]}" for i, j in without)
     return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, blocks)

@@ -11,7 +11,7 @@ from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
-from blockstruct.motion.dynamics import ContactForces, Contacts, Dynamics, Motion, Step
+from blockstruct.motion.dynamics import SPLIT, ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
 from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
 from blockstruct.vocabulary import Reason, Torsion, listed
@@ -20,8 +20,6 @@ from blockstruct.vocabulary import Reason, Torsion, listed
 RESOLUTION = 48
 #: Most states of a record, and the shortest time between two, s.
 STATES, SHORTEST = 200, 0.01
-#: Most parts of a step in which blocks strike one another, and most tries of a part, each half as long as the last.
-SPLITS, TRIES = 12, 8
 #: Slip of contacts and gap up to which they are followed, in mean block sizes, and the number of steps in which the
 #: fastest block closes a wider gap. Contacts are found anew when a contact may have slipped by the one, or two blocks
 #: together have moved by the other; from a state that is kept after half of it, or after this number of states.
@@ -167,7 +165,7 @@ class _Run:
         square, impulse, acting = state.peak_displacement**2, motion.momentum[:, :3].sum(axis=0), 0.0
         dead = record = dissipated = 0.0
         steps, iterations, done, kinetic = state.steps, state.iterations, 0.0, state.kinetic_energy
-        total, splits, part = round(kept_interval(self._case) / h), 0, 0
+        total, part = round(kept_interval(self._case) / h), 0
         while part < total:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
@@ -175,13 +173,13 @@ class _Run:
                 contacts, force = self._dynamics.contacts(motion.placement, reach, forces)
                 motion, moved, slip, kept = replace(motion, force=force), np.zeros(len(twist)), 0.0, 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
-            step = self._solved(motion, contacts, weight, time, left, whole=splits >= SPLITS)
+            step = self._solved(motion, contacts, weight, time, left)
             if step is None:
                 return None
             motion = step.motion
-            done, splits = done + motion.last_step, splits + 1
+            done += motion.last_step
             if done >= (part + 1) * h - 1e-9 * h:
-                part, splits = part + 1, 0
+                part += 1
                 done = part * h
             k, mean = step.impulse_time, step.mean
             dead += k * float(np.vdot(weight, mean))
@@ -230,21 +228,18 @@ class _Run:
             force_of_contact=forces.force,
         )
 
-    def _solved(
-        self, motion: Motion, contacts: Contacts, weight: Array, time: float, h: float, *, whole: bool
-    ) -> Step | None:
-        """Return a step of at most h; shorter ones are tried where it is not solved."""
+    def _solved(self, motion: Motion, contacts: Contacts, weight: Array, time: float, h: float) -> Step | None:
+        """Return a step of at most h. Steps of half the length are tried until one is solved, or too short."""
 
         def loads(h: float) -> Array:
             found = weight.copy()
             found[:, :3] += self._push(time - motion.last_step / 2, time + h / 2)
             return found
 
-        for halving in range(TRIES):
-            step = self._dynamics.step(motion, contacts, loads, h / 2**halving, whole=whole)
-            if step is not None:
-                return step
-        return None
+        step, shortest = None, SPLIT * min(h, self._h)
+        while step is None and h >= shortest:
+            step, h = self._dynamics.step(motion, contacts, loads, h), h / 2
+        return step
 
     def _push(self, begin: float, end: float) -> Array:
         """Return the mean forces (B, 3) of the ground acceleration on the masses from one time to another."""

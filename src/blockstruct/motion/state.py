@@ -29,8 +29,6 @@ class MotionState:
         Time for which they act, s.
     inertia_time : float
         Time in which blocks at rest go the way of the step: ``M = mass / inertia_time²``; infinite without inertia.
-    falls : bool
-        Whether blocks drop in the step, while the control point all but waits.
     reach : float
         Largest gap of contact points, m.
     tie_force : (N,) array
@@ -56,6 +54,8 @@ class MotionState:
         Work of the step, per unit of work of the variable load.
     inertia : float
         Share of the work of inertia in that work.
+    falls : bool
+        Whether this share is so large that blocks fall, while the control point all but waits.
     tie_elongation : (N,) array
         Of each tie, m, beyond its length in the model.
     largest_crushed_depth : float
@@ -80,7 +80,6 @@ class MotionState:
     angular_velocity: Array
     motion_time: float
     inertia_time: float
-    falls: bool
     reach: float
     tie_force: Array
     minus_of_contact: Index
@@ -98,6 +97,7 @@ class MotionState:
     dissipation: float = np.nan
     work: float = np.nan
     inertia: float = np.nan
+    falls: bool = False
     tie_elongation: Array = np.nan  # type: ignore[assignment]
     largest_crushed_depth: float = np.nan
     penetration: float = np.nan

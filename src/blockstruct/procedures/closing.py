@@ -12,7 +12,7 @@ from blockstruct.limit.friction import CAP, Sliding, frozen_sliding, true_slidin
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces, within
+from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.path import Path
 from blockstruct.procedures.step import solve_step
@@ -106,10 +106,9 @@ def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: Proc
     v, slip, opening = v[pressed], slip[pressed], opening[pressed]
     mu = np.maximum(problem.friction[pressed], LEAST_FRICTION)
     n = np.maximum(near[pressed, 0], PRESSED * near[:, 0].mean())
-    # Friction starts inside its limit, and opposes sliding.
-    shear = near[pressed, 1:].copy()
-    shear[slides] = -((mu * n)[slides] / slip[slides])[:, None] * v[slides, 1:]
-    x = within(np.column_stack([n, shear]), mu, 1 - CLOSED)
+    # Friction starts inside its limit where contacts slide, and at zero elsewhere.
+    x = np.column_stack([n, np.zeros((len(n), 2))])
+    x[slides, 1:] = -((1 - CLOSED) * (mu * n)[slides] / slip[slides])[:, None] * v[slides, 1:]
     found = corrected_forces(
         problem.A[:, np.repeat(pressed, 3)],
         mu,

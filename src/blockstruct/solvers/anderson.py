@@ -11,8 +11,6 @@ from blockstruct.arrays import Array
 LOOK, MEMORY = 5, 20
 #: Relative addition to the diagonal of the normal equations; growth of a change above which the memory is discarded.
 REGULARISATION, GROWN = 1e-10, 2.0
-#: Absolute addition that keeps the equations regular if all changes are zero.
-TINY = 1e-300
 
 
 class Anderson:
@@ -57,7 +55,7 @@ class Anderson:
             "ij,j->i", known, self._changes[place]
         )
         matrix = self._products[: self._known, : self._known].copy()
-        matrix.flat[:: self._known + 1] += REGULARISATION * np.trace(matrix) + TINY
+        matrix.flat[:: self._known + 1] += REGULARISATION * np.trace(matrix) + np.finfo(float).tiny
         share = np.linalg.solve(matrix, np.einsum("ij,j->i", known, change))
         return np.asarray(after - np.einsum("i,ij->j", share, self._points[: self._known]))
 

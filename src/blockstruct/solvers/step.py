@@ -13,8 +13,8 @@ from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
 
-#: Most Newton iterations, and the largest residual, in dead wrenches: that of an overlap by about a block.
-ITERATIONS, LARGEST = 8, 1e6
+#: Most Newton iterations.
+ITERATIONS = 8
 #: Earlier residuals of which the largest must not be exceeded; as many halvings of a step are tried.
 RECENT = 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
@@ -351,7 +351,7 @@ class _Newton:
     def solve(self, u: Array, alpha: float) -> StepSolution | None:
         """Solve from displacements and a load factor; return None if the method does not converge."""
         kept, slope = self._limited(self._trial(u))
-        recent = [LARGEST]
+        recent = [np.inf]
         for _ in range(ITERATIONS):
             more, rise = self._direction(u, alpha, kept, slope)
             for halving in range(RECENT + 1):

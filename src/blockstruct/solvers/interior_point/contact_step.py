@@ -163,11 +163,12 @@ class Newton:
         ahead = self._scaling.divided(self._scaling.point.solve(target))
         b = conditions.flow(ahead - self._weights.times(residuals.forces)) - residuals.flow
         x, u, alpha = self._forces(b, residuals.equilibrium, residuals.work)
-        for is_refined in (False, True):
+        for refinement in range(REFINEMENTS + 1):
             y = conditions.of_forces(x) + residuals.forces
             z = ahead - self._weights.times(y)
             missed = conditions.flow(z) - residuals.flow - problem.compliance * x - problem.AT @ u
-            if is_refined or not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max():
+            is_precise = not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max()
+            if is_precise or refinement == REFINEMENTS:
                 break
             equilibrium = residuals.equilibrium + problem.A @ x + alpha * self._w_L
             more = self._forces(missed, equilibrium, residuals.work + float(self._w_L @ u))
@@ -223,8 +224,9 @@ class Newton:
         return best, min(1.0, FRACTION * state.longest_step(best))
 
 
-#: Share of the way to the boundary at a turn of the central path; largest growth of the gap on the way back.
-TURNING_STEP, LARGEST_TURN = 0.5, 1.5
+#: Largest growth of the gap on the way back after a turn of the central path. Measured: with any growth, a wall with
+#: ties ends 9 % lower than by splitting.
+LARGEST_TURN = 1.5
 #: Number of iterations in which the largest residual must halve.
 PATIENCE = 20
 #: Complementarity gap of a first state, in multiples of the work of its step. Measured: with ten times the work, a
@@ -403,7 +405,7 @@ class ContactProblem:
             if balanced and ahead is not None and newton.inner(tangent, ahead) < 0:
                 turned_at = min(turned_at, found.gap)
                 tangent = tangent.backwards()
-                t = TURNING_STEP * min(1.0, state.longest_step(tangent))
+                t = FRACTION * min(1.0, state.longest_step(tangent))
                 state = state.moved(tangent, t)
             else:
                 turned_at = np.inf
