@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
@@ -14,7 +14,6 @@ from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
 
@@ -102,7 +101,7 @@ def curve_of_rotation(
     pulls = pulls_at(result.model, body.blocks, force)
     turning = RigidRotation.of(result.model, case, members, hinge, direction, pulls)
     alpha = turning.load_factor(0.0)
-    if abs(alpha - result.load_factor) > ACCURACY * result.load_factor:
+    if abs(alpha - result.load_factor) > SLIGHT * result.load_factor:
         msg = (
             f"the moments of weight and ties about the hinge give a load factor of {alpha:.4g}, not "
             f"{result.load_factor:.4g}: something else resists, too; {instead}"
@@ -126,7 +125,7 @@ def curve_of_rotation(
     lost = [tie for tie in turning.ties if all(tie is not held for held in parts[-1][0].ties)]
     lift = sum(tie.force * float(tie.direction @ pressed.normal) for tie in lost)
     back = pressed.setback(turning.axis, near) * lift / pressed.force
-    if back > ACCURACY * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
+    if back > SLIGHT * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
         msg = (
             f"ties that lift the body break before α vanishes, or do not count ({', '.join(t.name for t in lost)}), "
             f"so its joints crush further than at collapse, which moves the hinge back by "
@@ -151,7 +150,7 @@ def curve_of_rotation(
     # At collapse the friction found holds the body, whatever it consists of.
     at_rest = turning.force(0.0)
     pressing = -float(at_rest @ pressed.normal)
-    most = (1 + ACCURACY) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
+    most = (1 + SLIGHT) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
     slides = min(current.slides(most, pressed.normal, angles) for current, angles, _ in parts)
     if np.isfinite(slides):
         cohesive = any(i.joint_material.cohesion for i in result.model.interfaces)
@@ -312,7 +311,7 @@ class _Pressed:
             min(
                 i.joint_material.friction_coefficient
                 for i, N in zip(joints, total[outside], strict=True)
-                if ACCURACY * total[outside].max() < N
+                if SLIGHT * total[outside].max() < N
             ),
             max(depths),
             np.concatenate([i.polygon for i in joints]),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import SLIGHT, Array, Flags
 from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
@@ -14,7 +14,6 @@ from blockstruct.errors import ModelError
 from blockstruct.model import Model
 from blockstruct.results import block_rotations
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import shown
 from blockstruct.vocabulary import counted
 
@@ -162,7 +161,7 @@ def d0_of_weights(
 
 def _turns_back(way: Array) -> Flags:
     """Return the states, (state, …), in which displacements are smaller than before."""
-    return np.asarray(np.maximum.accumulate(way) - way > ACCURACY * way.max(axis=0))
+    return np.asarray(np.maximum.accumulate(way) - way > SLIGHT * way.max(axis=0))
 
 
 def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:

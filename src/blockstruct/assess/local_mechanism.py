@@ -6,6 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from blockstruct.arrays import SLIGHT
 from blockstruct.assess.activation import least_activation
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
@@ -35,7 +36,7 @@ from blockstruct.errors import shown as as_given
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import MacroBlock, Spread, macro_blocks
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY, TOGETHER
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Procedure, Status, Way, listed
 
@@ -265,7 +266,7 @@ class _Request:
                 others += [WayOfChecking(way, alpha0, whole.e_star, one) for way, one in pairs if one]
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
-        if beside is not None and beside.alpha0 < (1 - ACCURACY) * alpha0:
+        if beside is not None and beside.alpha0 < (1 - SLIGHT) * alpha0:
             notes.append(assessment.hand_is_lower(beside.alpha0, alpha0))
         return LocalMechanismCheck(
             result=found,

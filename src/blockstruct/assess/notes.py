@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 import xarray as xr
 
+from blockstruct.arrays import SLIGHT
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
 from blockstruct.assess.floor_spectrum import FloorSpectrum
@@ -16,7 +17,6 @@ from blockstruct.assess.tolerances import OTHER_CURVE, STANDS
 from blockstruct.model import Model
 from blockstruct.results import MacroBlock, applied_loads, doubtful_parts
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import tie_state
 from blockstruct.text import EFFECT, Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
@@ -151,7 +151,7 @@ def notes_of_height(model: Model, beside: Overturning, part: Sequence[MacroBlock
     """Return whether the mechanism by hand stands higher than the one found, which changes its demand."""
     feet = [min(model.block(n).shape.vertices[:, 2].min() for n in names) for names in (beside.blocks, _moving(part))]
     height = float(feet[0] - feet[1])
-    return [assessment.hand_is_higher(height)] if height > ACCURACY * model.characteristic_length else []
+    return [assessment.hand_is_higher(height)] if height > SLIGHT * model.characteristic_length else []
 
 
 def notes_of_control(

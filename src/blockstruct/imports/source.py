@@ -18,7 +18,7 @@ from blockstruct.files import read_file
 from blockstruct.geometry.polygon import Planes
 from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT, MOST_BYTES, MOST_FACES
 from blockstruct.model import Block
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import counted, listed
 
 #: Numbers as all formats write them. Python also reads ``1_0``, ``nan`` and the digits of other scripts.
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
@@ -262,9 +262,8 @@ class ImportReport:
         repairs = self._of(kind)
         amounts = [r.amount for r in repairs]
         figure = f"by up to {max(amounts):.3g} m" if kind in _LENGTHS else f"{sum(amounts):.0f}"
-        names = list(Counter(r.block for r in repairs))
-        more = f" and {len(names) - 5} more" if len(names) > 5 else ""
-        return f"{KINDS[kind]}{' ' if kind in _LENGTHS else ': '}{figure} ({', '.join(names[:5])}{more})"
+        names = listed(list(Counter(r.block for r in repairs)))
+        return f"{KINDS[kind]}{' ' if kind in _LENGTHS else ': '}{figure} ({names})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,10 +30,6 @@ DEPTH = 16
 
 # Structures
 
-#: Largest height of the lowest blocks above the lowest point, relative to the mean block size.
-LOWEST = 1e-2
-#: Largest such height of blocks in a note on nearly lowest blocks.
-NEARLY_LOWEST = 0.1
 #: Range of the extent, smallest height, and range of the typical edge of masonry, m: a check of the unit.
 EXTENT, LEAST_HEIGHT, EDGE = (0.3, 300.0), 0.2, (0.02, 5.0)
 #: Distance from the origin, m, from which on double precision rounds coordinates by more than the weld of a long edge.

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array, Flags, Index
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
@@ -22,7 +22,7 @@ NO_FORCE = 1e-4
 #: mechanism by about a thousandth.
 AT_REST = 0.01
 #: Utilisation from which a strength counts as fully used.
-FULLY_USED = 0.999
+FULLY_USED = 1 - SLIGHT
 #: Parts of a state, in the order of its text.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
 #: Text of each combination of parts, by the sum of their bits.

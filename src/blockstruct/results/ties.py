@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.model import Model, tie_segments
 from blockstruct.results.interfaces import NO_FORCE
-from blockstruct.results.mechanism import ACCURACY, largest_motion
-from blockstruct.text import LISTED, breaking_clause, more_breaks, tie_sentence
+from blockstruct.results.mechanism import largest_motion
+from blockstruct.text import breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
-from blockstruct.vocabulary import TieState
+from blockstruct.vocabulary import LISTED, TieState
 
 #: Decimals of the displacements at which ties break, m.
 DECIMALS = 9
@@ -94,7 +94,7 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     last = history.isel(iteration=-1)
     elongation = last["tie_elongation_rate"].to_numpy() / largest_motion(history)
     limit = last["tie_elongation_limit"].to_numpy()
-    longer = np.isfinite(limit) & (elongation > ACCURACY)
+    longer = np.isfinite(limit) & (elongation > SLIGHT)
     reached = np.divide(limit, elongation, out=np.full(len(limit), np.nan), where=longer)
     index = pd.Index(last["tie"].to_numpy(), name="tie")
     columns = {
@@ -118,7 +118,7 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
             row[f"force [{_NEWTON}]"],
             row[f"capacity [{_NEWTON}]"],
             row["governing"],
-            lengthens=row["elongation"] if row["elongation"] > ACCURACY else 0.0,
+            lengthens=row["elongation"] if row["elongation"] > SLIGHT else 0.0,
             elongation_limit=row[f"elongation limit [{_METER}]"],
             at=row[f"displacement at limit [{_METER}]"],
         )

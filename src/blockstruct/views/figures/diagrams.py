@@ -15,7 +15,7 @@ from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, MEASURES
 from blockstruct.views.words import without_curve_words
-from blockstruct.vocabulary import listed
+from blockstruct.vocabulary import FEW, listed
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
@@ -89,7 +89,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     if isinstance(result.case, bs.SettlementCase):
-        what, ylabel = listed(result.case.supports, 3), f"reaction R [{value_unit}]"
+        what, ylabel = listed(result.case.supports, FEW), f"reaction R [{value_unit}]"
     else:
         what, ylabel = f"the control point on {result.case.control[0]}", "load factor α [-]"
     ax.set(xlabel=f"displacement of {verbatim(what)} [{unit}]", ylabel=ylabel)
