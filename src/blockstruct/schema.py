@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from blockstruct.errors import decimal_point, did_you_mean, shown
-from blockstruct.vocabulary import LISTED
+
+#: Largest number of violations listed. An instance with more is of another kind.
+MOST_VIOLATIONS = 100
 
 
 @cache
@@ -70,18 +72,18 @@ def _validator(name: str, part: str) -> Any:
 def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]]:
     """Return the violations of a schema, or of a part of a schema.
 
-    The list has a few pairs (path, message), in order of the paths.
+    The list has up to a hundred pairs (path, message), in order of the paths.
     """
     import jsonschema
 
     found, misspelt, lacking = list[tuple[str, str]](), set[str](), list[tuple[str, str]]()
-    for error in islice(_validator(name, part).iter_errors(instance), LISTED):
+    for error in islice(_validator(name, part).iter_errors(instance), MOST_VIOLATIONS):
         best = jsonschema.exceptions.best_match([error]) or error
         path = "/" + "/".join(str(p) for p in best.absolute_path)
         message = best.message
         if best.validator == "additionalProperties" and isinstance(best.instance, dict):
             known = best.schema.get("properties", {})
-            unknown = [key for key in best.instance if key not in known][:LISTED]
+            unknown = [key for key in best.instance if key not in known][:10]
             message = "; ".join(f"unknown key {shown(key)}, {did_you_mean(key, known)}" for key in unknown)
             misspelt.add(_cut(path))
         elif alternatives := _alternatives(best):

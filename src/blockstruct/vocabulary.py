@@ -56,7 +56,7 @@ def coordinate(value: float, digits: int = 3) -> str:
 
 
 #: Items that a sentence lists, and that a list has, before it counts the others.
-FEW, LISTED = 3, 8
+FEW, LISTED = 3, 10
 
 
 def listed(names: Sequence[str], most: int = LISTED, noun: str = "") -> str:

@@ -297,5 +297,5 @@ def test_a_template_reads_no_other_file(tmp_path, tag, other, small):
 def test_a_template_ends(tmp_path, text, small):
     own = tmp_path / "own.j2"
     own.write_text(text, encoding="utf-8")
-    with pytest.raises(bs.errors.StorageError, match="more than 100000 rounds"):
+    with pytest.raises(bs.errors.StorageError, match="more than 1000000 rounds"):
         report_html(small, template=own)

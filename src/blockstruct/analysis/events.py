@@ -74,8 +74,6 @@ class CaseFinished:
 
 #: States of a record for a printed line.
 _EVERY = 40
-#: Programs and steps of a typical non-associative case: 7 to 11 on walls of 8 to 34 blocks.
-_USUAL = 12
 
 Event = CaseStarted | IterationDone | StepDone | StateDone | CaseFinished
 Listener = Callable[[Event], None]
@@ -173,7 +171,7 @@ def follow(write: Callable[[str, float], None]) -> Listener:
                 write(f"{place} {counted(blocks, 'block')}, {case.flow} flow", 0.0)
             case IterationDone(case, index, iteration):
                 at = f"{answer_of(case, iteration, 4)}, gap {iteration.certificate.flow_rule_gap:.0e}"
-                write(f"{place} numerical iteration {index}, {at}", min((index + 1) / _USUAL, 0.99))
+                write(f"{place} numerical iteration {index}, {at}", (index + 1) / (index + 2))
             case StepDone(case, index, step):
                 at = f"displacement {step.displacement:.4g} m, {answer_of(case, step, 4)}"
                 write(f"{place} state {index}, {at}", min(index / case.steps, 0.99))

@@ -9,18 +9,13 @@ import numpy as np
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
+from blockstruct.assess.rotation import SAMPLES, Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
-
-#: Distance between the hinge of the forces and the axis of the velocities, relative to the extent of the body.
-_APART = 2e-3
-#: Points of the curve between two tie breaks.
-_SAMPLES = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +84,7 @@ def curve_of_rotation(
     hinge = pressed.point
     corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
     apart = np.cross(direction, hinge - on_axis)
-    near = _APART * np.ptp(corners, axis=0).max()
+    near = SLIGHT * np.ptp(corners, axis=0).max()
     if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from the pressure at its joints: friction, "
@@ -229,7 +224,7 @@ def _parts(
 
 
 def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:
-    angles = np.linspace(begin, end, _SAMPLES if begin < end else 1)
+    angles = np.linspace(begin, end, SAMPLES if begin < end else 1)
     return angles, np.maximum([turning.load_factor(angle) for angle in angles.tolist()], 0.0)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
+from blockstruct.assess.floor_spectrum import Spectrum
 from blockstruct.assess.limit_states import METHODS, LimitState
 from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
-from blockstruct.assess.spectrum import Spectrum
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.notebook import html_table

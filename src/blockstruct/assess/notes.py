@@ -8,12 +8,11 @@ import xarray as xr
 from blockstruct.arrays import SLIGHT
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
-from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.floor_spectrum import FloorSpectrum, Spectrum
 from blockstruct.assess.limit_states import LimitState
-from blockstruct.assess.overturning import Overturning
+from blockstruct.assess.overturning import Overturning, supporting
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
-from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
-from blockstruct.assess.tolerances import OTHER_CURVE, STANDS
+from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.model import Model
 from blockstruct.results import MacroBlock, applied_loads, doubtful_parts
 from blockstruct.results.case_result import CaseResult
@@ -23,8 +22,8 @@ from blockstruct.vocabulary import Flow, TieState
 
 #: Motion out of the plane of a mechanism, relative to the largest, from which there is a note.
 _OUT_OF_PLANE = 0.05
-#: Load factor at the end of a capacity curve, relative to the first, from which the curve ends too early.
-_LEFT = 0.1
+#: Difference of the d0 of two capacity curves of one mechanism, from which they do not describe one motion.
+OTHER_CURVE = 0.03
 #: Height above the foot of the structure, relative to its own, from which a mechanism needs a floor spectrum.
 _HIGH = 0.25
 
@@ -107,7 +106,7 @@ def _of_curve(result: CaseResult, capacity: xr.Dataset) -> list[Note]:
         notes.append(assessment.rounded_corners(rounding, float(alpha[0]), result.load_factor))
     doubts = doubtful_parts(capacity, result.settings.procedure)
     notes += [assessment.curve_doubt(str(part)) for part in doubts]
-    if not np.isfinite(capacity["d0"]) and alpha[-1] > _LEFT * alpha[0]:
+    if not np.isfinite(capacity["d0"]):
         notes.append(assessment.curve_end(float(alpha[0]), float(alpha[-1])))
     return notes
 
@@ -140,11 +139,7 @@ def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectr
 def _stands(model: Model, moving: Collection[str]) -> bool:
     """Return whether any moving block stands on a support, rather than next to one."""
     fixed = {b.name for b in model.blocks if b.fixed}
-    return any(
-        (i.plus in moving and i.minus in fixed and i.normal[2] > STANDS)
-        or (i.minus in moving and i.plus in fixed and -i.normal[2] > STANDS)
-        for i in model.interfaces
-    )
+    return any(below in fixed and above in moving for below, above in supporting(model))
 
 
 def notes_of_height(model: Model, beside: Overturning, part: Sequence[MacroBlock]) -> list[Note]:

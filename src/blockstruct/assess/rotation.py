@@ -11,6 +11,8 @@ from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
 
+#: Number of angles at which a rotation is sampled.
+SAMPLES = 60
 #: Angles, from zero to a right angle, that bracket a wanted one.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
 

@@ -8,12 +8,12 @@ from math import copysign
 import numpy as np
 import shapely
 
-from blockstruct.arrays import SLIGHT, Array, Flags, Index
+from blockstruct.arrays import CHUNK, SLIGHT, Array, Flags, Index
 from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import expanded, facing_pairs
 from blockstruct.geometry.polygon import next_corners, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import ALIKE, CHUNK, GRID
+from blockstruct.geometry.tolerances import ALIKE, GRID
 
 
 @dataclass(frozen=True, slots=True)

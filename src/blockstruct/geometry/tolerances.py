@@ -32,12 +32,8 @@ LIES_ON = math.radians(60)
 
 # Bodies against bodies
 
-#: Largest number of pairs of edges that are tested as separating axes.
-MOST_CROSSINGS = 20_000
 #: Number of lines per side of the sampling grids for two bodies that are not convex.
 SAMPLES = 12
-#: Number of values per chunk. It limits the memory and has no effect on the result.
-CHUNK = 2_000_000
 
 # Moved bodies against each other
 

@@ -16,12 +16,8 @@ EXACT = 1e-7
 POLYGON = 5e-3
 #: Smallest number of faces of a body. Fewer faces without area are a sliver of a mesh.
 LEAST_FACES = 4
-#: Area, relative to the square of the longest edge, that counts as zero.
-NO_AREA = 1e-5
 #: Sine of the angle between planes below which their common point is undefined.
 SHALLOW = 0.02
-#: Largest number of iterations that move vertices into planes. One is enough if three faces meet at every vertex.
-ROUNDS = 50
 
 # Drawings
 

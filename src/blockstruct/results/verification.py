@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import NEGLIGIBLE, ROUNDING, SLIGHT, Array, Flags
+from blockstruct.arrays import CHUNK, NEGLIGIBLE, ROUNDING, SLIGHT, Array, Flags
 from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import Certificate, LimitProblem
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, certify
@@ -24,8 +24,6 @@ from blockstruct.results.ties import DECIMALS, break_displacements
 from blockstruct.statics import Division, Placement, Statics
 from blockstruct.vocabulary import Stage, Status, listed
 
-#: Contact points of iterations compared at once: large histories are read from a file in parts.
-_AT_ONCE = 100_000
 #: Stages under the dead load alone.
 _PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
@@ -234,7 +232,8 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
     ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
     of_contacts = rows(history, "relative_velocity", "contact_point", "component")
-    step = max(1, _AT_ONCE // len(problem.force_unit))
+    # Large histories are read from a file in parts.
+    step = max(1, CHUNK // problem.A.nnz)
     for begin in range(0, n, step):
         part = slice(begin, begin + step)
         motion, stored = motions_in(history.isel(iteration=part)), of_contacts[part].to_numpy()

@@ -9,8 +9,6 @@ from blockstruct.vocabulary import AXES, SolverStatus, coordinate, counted, list
 
 #: Share of the whole weight, or of the largest value, below which a body, joint or force is not shown by itself.
 SMALL = 0.02
-#: Coordinate of an axis, relative to its distance from the centroid, below which it is solver noise.
-_NOISE = 1e-5
 #: Cosine of the largest angle (3°) between an axis of rotation and the coordinate axis that names it.
 _ALONG = np.cos(np.radians(3.0))
 
@@ -79,7 +77,7 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
     direction, point = axis
     along = int(np.abs(direction).argmax())
     if abs(direction[along]) > _ALONG:
-        noise = _NOISE * np.linalg.norm(point - centroid)
+        noise = NEGLIGIBLE * np.linalg.norm(point - centroid)
         place = np.where(np.abs(point) <= noise, 0.0, np.round(point, 6) + 0.0)
         rest = [f"{name} = {coordinate(value)} m" for name, value in zip(AXES, place, strict=True)]
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"

@@ -35,8 +35,6 @@ from blockstruct.vocabulary import counted, listed
 _FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
 #: Runs of a summary without a finite load factor.
 _NOT_FINITE = ("unstable", "unbounded", "unknown")
-#: Characters between columns.
-_GAP = 2
 
 
 def study_table(data: xr.Dataset) -> Table:
@@ -85,7 +83,7 @@ class FoldedTable(Table):
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for folds in _FOLDS:
             widths = [_width(column, *folds) for column in self.columns]
-            needed = sum(widths) + _GAP * (len(widths) - 1)
+            needed = sum(widths) + (self.padding[1] + self.padding[3]) * (len(widths) - 1)
             if needed <= options.max_width:
                 break
         for column, width in zip(self.columns, widths, strict=True):
@@ -106,7 +104,7 @@ def _width(column: Column, of_texts: float, of_titles: float) -> int:
 
 def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) -> Table:
     """Return a table of titles, cells and alignments: numbers to the right, texts to the left."""
-    table = FoldedTable(box=None, padding=(0, _GAP, 0, 0), pad_edge=False, header_style="bold")
+    table = FoldedTable(box=None, pad_edge=False, header_style="bold")
     of_rows = []
     for title, cells, side in columns:
         # As Text, since "[m]" in a str would be markup.

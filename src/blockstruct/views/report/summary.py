@@ -260,6 +260,10 @@ _WORST_FIRST = (
 )
 
 
+#: Relative difference between the first load factor of a curve and the load factor of its case that is reported.
+_APART = 0.005
+
+
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted: Notes) -> dict[str, Any]:
     """Return the governing case, with its number in words and its picture.
 
@@ -383,7 +387,7 @@ def beginning_words(result: bs.CaseResult) -> str:
         return ""
     first, load_factor = _first(result.capacity), result.load_factor
     # A NaN compares as False.
-    if not abs(first - load_factor) > text.EFFECT * abs(load_factor):
+    if not abs(first - load_factor) > _APART * abs(load_factor):
         return ""
     rounded = isinstance(result.case, bs.Pushover) and result.case.corner_rounding
     return report.curve_begins(result.answer.text(first), is_rounded=bool(rounded))
