@@ -22,6 +22,8 @@ from blockstruct.vocabulary import Flow, TieState
 
 #: Motion out of the plane of a mechanism, relative to the largest, from which there is a note.
 _OUT_OF_PLANE = 0.05
+#: Load factor at the end of a capacity curve, relative to the first, from which the curve ends too early.
+_LEFT = 0.1
 #: Difference of the d0 of two capacity curves of one mechanism, from which they do not describe one motion.
 OTHER_CURVE = 0.03
 #: Height above the foot of the structure, relative to its own, from which a mechanism needs a floor spectrum.
@@ -106,7 +108,7 @@ def _of_curve(result: CaseResult, capacity: xr.Dataset) -> list[Note]:
         notes.append(assessment.rounded_corners(rounding, float(alpha[0]), result.load_factor))
     doubts = doubtful_parts(capacity, result.settings.procedure)
     notes += [assessment.curve_doubt(str(part)) for part in doubts]
-    if not np.isfinite(capacity["d0"]):
+    if not np.isfinite(capacity["d0"]) and alpha[-1] > _LEFT * alpha[0]:
         notes.append(assessment.curve_end(float(alpha[0]), float(alpha[-1])))
     return notes
 
