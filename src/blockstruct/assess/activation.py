@@ -38,6 +38,7 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import division_of
+from blockstruct.results.interfaces import at_points
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus
@@ -177,7 +178,7 @@ class _Search:
         model, last = result.model, result.history.isel(iteration=-1)
         statics = Statics.of(model, division_of(model, result.settings.crushing_cells, result.history))
         whole = result.final_problem(statics)
-        n = last["contact_force"].transpose("contact_point", "component").to_numpy()[:, 0] / whole.force_unit
+        n = at_points(last, "contact_force")[:, 0] / whole.force_unit
         moves = {name for body in bodies for name in body.blocks}
         moving = np.array([model.blocks[i].name in moves for i in statics.free])
         sliding, at = frozen_sliding(whole, n), whole.points_of(moving)

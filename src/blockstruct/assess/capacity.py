@@ -14,6 +14,7 @@ from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.interfaces import at_points
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
 
@@ -280,7 +281,7 @@ class _Pressed:
         at = outside[of_point]
         # If joints resist tension, the stress block carries the force beyond it.
         tension = last["tensile_strength"].to_numpy()[at]
-        force = last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0]
+        force = at_points(last, "contact_force")[at, 0]
         normal = np.maximum(force + tension, 0.0)
         if not normal.sum() > 0:
             msg = "nothing presses the body"

@@ -9,7 +9,7 @@ from blockstruct.assess.participation import HorizontalForces
 from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.interfaces import NO_FORCE
+from blockstruct.results.interfaces import NO_FORCE, at_points
 from blockstruct.results.ties import tie_state
 from blockstruct.vocabulary import TieState
 
@@ -75,7 +75,7 @@ def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
     shift, turn = (mechanism[name].transpose("block", "axis").to_numpy()[block] for name in ("translation", "rotation"))
     arm = last["contact_point_position"].to_numpy() - np.array([b.centroid for b in model.blocks])[block]
     v = np.einsum("kij,kj->ki", last["interface_frame"].to_numpy()[of_point], shift + np.cross(turn, arm))
-    work = v * last["contact_force"].transpose("contact_point", "component").to_numpy()
+    work = v * at_points(last, "contact_force")
     # Friction may take the work of normal forces: only its own weight and push may move a lintel.
     each = np.abs(work[:, 0]) + np.abs(work[:, 1:].sum(axis=1))
     return np.asarray(np.bincount(of_point, each, minlength=len(blocks)))
@@ -117,7 +117,7 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
         return found
 
     pairs = [(number.get(i.minus, -2), number.get(i.plus, -2)) for i in model.interfaces]
-    force = np.linalg.norm(last["contact_force"].transpose("contact_point", "component").to_numpy(), axis=1)
+    force = np.linalg.norm(at_points(last, "contact_force"), axis=1)
     pressed = np.bincount(last["interface_of_contact_point"].to_numpy(), force, minlength=len(pairs))
     # Forces are relative to the weight of the lesser body.
     least = NO_FORCE * np.array([*(body.total for body in moving), np.inf, np.inf])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
 from blockstruct.assess.lines import Line, section
@@ -334,7 +335,7 @@ def _notes_of_joints(
     below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in bodies}
     joints = _joints_at(model, set(below), ends[0], axis, pressing, near)
     if any(begin <= length + near and end >= -near for begin, end in joints):
-        total = _length_of(joints)
+        total = float(shapely.union_all(shapely.linestrings([[(x, 0.0) for x in part] for part in joints])).length)
         less = alpha_of(total) if 0 < total < length / (1 + EFFECT) else alpha0
         return (assessment.edge_is_long(length, total, alpha0, less),) if less < (1 - EFFECT) * alpha0 else ()
     furthest = max(below, key=below.__getitem__)
@@ -367,12 +368,3 @@ def _joints_at(
         if max(reach.min(), sides.min(axis=0).max()) <= min(reach.max(), sides.max(axis=0).min()):
             found.append((float(reach.min()), float(reach.max())))
     return found
-
-
-def _length_of(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the length that parts of a line cover, m, from the begin and the end of each."""
-    total, covered = 0.0, -np.inf
-    for begin, end in sorted(parts):
-        total += max(end - max(begin, covered), 0.0)
-        covered = max(covered, end)
-    return float(total)

@@ -188,17 +188,8 @@ class ImportReport:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(
-        cls,
-        blocks: list[Block],
-        source: str,
-        scale: float,
-        *,
-        repairs: tuple[Repair, ...],
-        left_out: tuple[str, ...],
-        notes: tuple[str, ...],
-    ) -> Self:
-        """Return the report on imported blocks."""
+    def of(cls, blocks: list[Block], source: str, scale: float, **lists: Any) -> Self:
+        """Return the report on imported blocks, with its repairs, ignored content and notes."""
         points = np.concatenate([b.shape.vertices for b in blocks])
         edges = np.concatenate([Planes.of(b.shape.vertices, b.shape.faces).longest for b in blocks])
         volumes = [b.volume for b in blocks]
@@ -212,9 +203,7 @@ class ImportReport:
             edge=float(np.median(edges)),
             sizes=(min(volumes) ** (1 / 3), max(volumes) ** (1 / 3)),
             volume=sum(volumes),
-            repairs=repairs,
-            left_out=left_out,
-            notes=notes,
+            **lists,
         )
 
     @property

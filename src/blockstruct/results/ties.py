@@ -6,7 +6,7 @@ import xarray as xr
 
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.interfaces import NO_FORCE
+from blockstruct.results.interfaces import NO_FORCE, at_points
 from blockstruct.results.mechanism import largest_motion
 from blockstruct.text import breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
@@ -58,8 +58,7 @@ def tie_state(history: xr.Dataset, tolerance: float = NO_FORCE) -> xr.DataArray:
     at_limit = np.broadcast_to(np.array(limits, dtype=object), force.shape)
     state = np.full(force.shape, TieState.STRESSED.value, dtype=object)
     state = np.where(slips, TieState.SLIPPING.value, state)
-    at_contacts = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
-    contact = np.abs(at_contacts).max(axis=(-2, -1))[..., None]
+    contact = np.abs(at_points(history, "contact_force")).max(axis=(-2, -1))[..., None]
     state = np.where(force <= tolerance * np.fmin(capacity, contact), TieState.SLACK.value, state)
     state = np.where(force >= (1 - tolerance) * capacity, at_limit, state)
     state = np.where(np.isfinite(force), state, TieState.UNKNOWN.value)
