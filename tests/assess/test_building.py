@@ -69,30 +69,6 @@ def test_a_house_of_four_rigid_walls_by_hand():
     assert (house.verdict.direction, house.governing.notes) == ("−x", ())
 
 
-def test_each_run_tells_the_time_that_is_left(capsys):
-    """Also where no terminal shows it; progress=False prints nothing."""
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"])
-    first, *runs = capsys.readouterr().err.splitlines()
-    # No case is run twice.
-    assert (first.startswith("model: 2 blocks; 1 direction"), len(runs)) == (True, len(found.analysis))
-    assert ["s left" in line for line in runs] == [True] * (len(runs) - 1) + [False]
-    bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
-    assert capsys.readouterr().err == ""
-
-
-def test_effects_of_notes_are_of_the_run_relied_on(monkeypatch):
-    """A variant that is lower has notes of its own, whose effects were not known. Each direction has an estimate."""
-    runs = []
-
-    def noted(run, *, is_estimate=False, hear=None):
-        runs.append((run.name, is_estimate))
-        return run
-
-    monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
-    assert runs == [("push +x", True), ("push +y", True), (found.verdict.case, False)]
-
-
 def test_an_estimated_effect_may_decide_which_direction_governs(monkeypatch):
     """Along y a block is twice as safe. If a remedy leaves it a fifth, the variants are run there."""
 

@@ -119,30 +119,15 @@ def test_ties_that_break_together_are_one_loss(of):
     assert d_SLV[1] == pytest.approx(d_SLV[0], rel=1e-6)
 
 
-def test_breaks_that_follow_each_other_do_not_depend_on_the_steps():
-    """Three bars of 6 kN: the loss at each break excludes the fall in the step after it."""
-    plain, at = tied(), Q_([[2.5, 0, 5], [2.5, 4, 5]], "m")
-    ties = [
-        bs.Tie(f"to {limit}", ("façade", at[0]), ("back", at[1]), yield_force="6 kN", elongation_limit=Q_(limit, "m"))
-        for limit in (0.05, 0.1, 0.15)
-    ]
-    model = bs.Model("tied façade", plain.blocks, bs.detect_interfaces(plain.blocks, joint_material=DRY), ties=ties)
-    by_hand = checked(run(model), method="displacement")
-    for steps in (5, 10):
-        found = checked(pushed_over(model, steps), method="displacement")
-        assert max(lost for _, lost in found.curve.losses) == pytest.approx(by_hand.curve.losses[-1][1], abs=0.015)
-        assert found.limit_state.capacity == pytest.approx(by_hand.limit_state.capacity, rel=5e-3)
-
-
-@pytest.mark.parametrize(("force", "steps"), [(12, 8), (19, 30)])
-def test_the_loss_of_a_tie_in_a_pushover_does_not_depend_on_its_steps(force, steps):
+def test_the_loss_of_a_tie_in_a_pushover_does_not_depend_on_its_steps():
     """Less than half is lost; the way to the next state, on which α falls as well, would make it more."""
-    by_hand = checked(run(tied(0.1, force))).curve
-    found = checked(pushed_over(tied(0.1, force), steps), method="displacement")
+    by_hand = checked(run(tied(0.1, 19))).curve
     ((_, loss),) = by_hand.losses
     assert loss < 0.5
-    assert max(lost for _, lost in found.curve.losses) == pytest.approx(loss, abs=3e-3)
-    assert found.limit_state.capacity == pytest.approx(0.4 * found.curve.d0)
+    for steps in (8, 30):
+        found = checked(pushed_over(tied(0.1, 19), steps), method="displacement")
+        assert max(lost for _, lost in found.curve.losses) == pytest.approx(loss, abs=3e-3)
+        assert found.limit_state.capacity == pytest.approx(0.4 * found.curve.d0)
 
 
 def prism(base, height, angle, **joint):
@@ -199,18 +184,15 @@ def test_a_resultant_that_leaves_the_hinge_has_no_straight_curve():
     assert "and d0 is less; run a Pushover" in line.formula
 
 
-@pytest.mark.parametrize("sides", [(0.6, 0.6), (0.6, 0.4)])
-def test_a_pier_over_its_corner_has_no_straight_curve(sides):
+def test_a_pier_over_its_corner_has_no_straight_curve():
     """0.6 × 0.6 × 2 m at 45°: over the corner d0 would be 0.4243 m, and over the edge next to it 0.2121 m."""
-    a, b = sides
-    base, diagonal = [(-a / 2, -b / 2), (a / 2, -b / 2), (a / 2, b / 2), (-a / 2, b / 2)], np.arctan2(b, a)
-    check = checked(prism(base, 2, diagonal))
-    assert check.alpha0 == pytest.approx(np.hypot(a, b) / 2, rel=1e-5)
-    assert "turns about a point and not about an edge" in check.missing_curve
-    crushing = checked(prism(base, 2, diagonal, compressive_strength="2 MPa"))
-    assert "turns about a point and not about an edge" in crushing.missing_curve
-    over = checked(prism(base, 2, 0.0))
-    assert over.curve.d0 == pytest.approx(a / 2, rel=1e-5)
+    base = [(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)]
+    check = checked(prism(base, 2, np.pi / 4))
+    assert check.alpha0 == pytest.approx(np.hypot(0.6, 0.6) / 2, rel=1e-5)
+    crushing = checked(prism(base, 2, np.pi / 4, compressive_strength="2 MPa"))
+    for of in (check, crushing):
+        assert "turns about a point and not about an edge" in of.missing_curve
+    assert checked(prism(base, 2, 0.0)).curve.d0 == pytest.approx(0.3, rel=1e-5)
 
 
 @pytest.mark.parametrize("strength", ["2 MPa", "20 MPa"])
@@ -266,15 +248,13 @@ def test_a_leaning_wall_that_ties_hold_goes_as_far_as_they_do():
 def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight_curve():
     rows = [[1, 1, 1, 1], [0.5, 1, 1, 1, 0.5], [1, 1, -1, 1], [0.5, 1, -1, 1, 0.5], [1, 2, 1], [0.5, 1, 1, 1, 0.5]]
     blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", thickness="30 cm", material=STONE)
-    found = run(model_of(blocks, DRY), case(push(1, 0, 0)))
-    check = checked(found)
-    moving = [body for body in check.bodies if body.moves]
-    assert len(moving) > 1
+    check = checked(run(model_of(blocks, DRY), case(push(1, 0, 0))))
+    assert sum(body.moves for body in check.bodies) > 1
     assert check.curve is None
     assert "bodies move against each other; run a Pushover" in str(check)
     assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
     with pytest.raises(bs.errors.ModelError, match=r"run a Pushover, or give method='linear' \(--method linear on"):
-        checked(found, method="displacement")
+        checked(check.result, method="displacement")
 
 
 def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
@@ -437,10 +417,6 @@ def test_a_control_point_near_the_hinge_has_a_note(result):
     relied = checked(check.result, method="displacement").limit_state
     assert (relied.capacity, relied.ratio) == pytest.approx((0.12, straight.ratio), rel=6e-3)
     assert state.ratio > 1.15 * straight.ratio
-    site = SITE.at((state.ag + relied.ag) / 2)
-    between = bs.assess.local_mechanism(check.result, 1.35, site, method="displacement")
-    assert between.limit_states[state.name].ratio > 1
-    assert not between.satisfied
 
 
 def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
@@ -458,8 +434,6 @@ def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
     check = bs.assess.local_mechanism(check.result, 1.35, between, method="displacement")
     assert check.limit_states[alone.name].ratio > 1
     assert not check.satisfied
-    short = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=5)
-    assert checked(bs.run(facade(), short)["out"]).notes == ()
 
 
 def test_a_pushover_without_displacement_is_refused(result):
@@ -469,29 +443,20 @@ def test_a_pushover_without_displacement_is_refused(result):
         curve_of(result, capacity_of_facade(holds=1))
 
 
-@pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(
     ("parapet", "advised"),
     [
         ([0, 0.02, 0.04, 0.06, 0.2, 0.3], "run .* control= at block 'parapet', which reaches 0.3 m"),
-        ([0, 0.02, 0.04, 0.06, 0.07, 0.08], "no block goes further without turning back"),
         ([0, 0.05, 0.2, 0.1, 0.2, 0.3], "no block goes further without turning back"),
     ],
 )
-def test_a_control_point_that_turns_back_gives_no_curve(result, side, parapet, advised):
+def test_a_control_point_that_turns_back_gives_no_curve(result, parapet, advised):
     """Goes 0.1 m, comes back to 1 nm and ends there: of its states only those nearer than that were kept."""
     way = np.array([0, 0.05, 0.1, 0.02, 0.9e-9, 1e-9])
-    push = -side * np.array([0.0, 1.0, 0.0])
-    position = np.array([way, parapet]).T[:, :, None] * push + [0.0, 0.3, 3.0]
-    back = xr.Dataset(
-        {
-            "load_factor": ("step", np.linspace(0.1, 0, 6)),
-            "holds": ("step", np.ones(6, int)),
-            "d0": ((), side * 1e-9),
-            "position": (("step", "block", "axis"), position),
-        },
-        coords={"displacement": ("step", side * way), "block": ["façade", "parapet"]},
-    )
+    position = np.array([way, parapet]).T[:, :, None] * [0.0, -1.0, 0.0] + [0.0, 0.3, 3.0]
+    back = capacity_of_facade().isel(step=slice(6)).assign(d0=1e-9)
+    back = back.assign_coords(displacement=("step", way), block=["façade", "parapet"])
+    back = back.assign(position=(("step", "block", "axis"), position))
     with pytest.raises(bs.errors.ModelError, match=rf"at block 'façade' turns back at 0\.1 m, .* {advised}"):
         curve_of(result, back)
 
@@ -576,9 +541,7 @@ def test_rounded_corners_count_from_the_first_state():
 
 def test_a_curve_that_jumps_has_a_note():
     pushed = pushed_over(facade(), steps=10)
-    smooth = checked(pushed)
-    assert "curve_doubt" not in codes(smooth)
     curve = pushed.capacity.copy()
     curve["load_factor"] = curve["load_factor"].where(curve["step"] < 5, 0.8 * curve["load_factor"])
-    jumping = checked(dataclasses.replace(pushed, capacity=curve))
-    assert "curve_doubt" in codes(jumping)
+    for of, has_note in ((pushed, False), (dataclasses.replace(pushed, capacity=curve), True)):
+        assert ("curve_doubt" in codes(checked(of))) == has_note

@@ -87,11 +87,9 @@ def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
     drawing = ezdxf.new()
     drawing.header["$INSUNITS"] = 4
     for layer, y in (("GROUND", 0), ("WALL", 200)):
-        drawing.layers.add(layer)
         corners = [(2000, y), (2500, y), (2500, y + 200), (2000, y + 200)]
         drawing.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
-    path = tmp_path / "wall.dxf"
-    drawing.saveas(path)
+    drawing.saveas(path := tmp_path / "wall.dxf")
     words = ["--unit", "mm", "--thickness", "30 cm", "--friction", "0.6", "--fix-layer", "GROUND"]
     layers = ["--unit-weight", "WALL=20 kN/m^3", "--unit-weight", "GROUND=25 kN/m^3"]
     assert "1 interface, 0.15 m^2" in done("import", path, "-o", tmp_path / "m.yaml", *words, *layers)
@@ -109,16 +107,12 @@ def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
         (["LOOSE"], "no block is fixed"),
         (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
         (["STACK", "--closing", "1 mm"], "closing belongs to .dxf"),
-        (["STACK", "--segments", "0"], "segments belongs to .dxf"),
         (["STACK", "--override-unit"], "override_unit belongs to .dxf and .3dm"),
         (["STACK", "--up", "w"], "up is 'w'; give the axis"),
         (["STACK", "--exclude", "brick*"], "no block 'brick*' to exclude"),
         (["STACK", "--direction", "north"], "--direction 'north': give +x"),
-        (["STACK", "--direction", "0,0,0"], "--direction '0,0,0': give +x"),
         (["STACK", "--direction", "+z", "--tilt"], "a table tilts to a level direction"),
-        (["STACK", "--thickness", "1 m"], "thickness belongs to .dxf"),
         (["STACK", "--fix", "stone 9"], "no block 'stone 9' to fix"),
-        (["STACK", "--unit-weight", "30 kN/m^3"], "--unit-weight: give it once"),
         (["wall.dwg"], "end in .obj, .stl, .ply"),
     ],
 )

@@ -47,13 +47,10 @@ def test_a_site_and_modes_are_read_from_texts(done, file):
     [
         (["--spectrum", "ag=0.15 g_0"], "no F0, Tc, soil"),
         (["--spectrum", f"{SITE}, soils=C"], "did you mean soil?"),
-        (["--spectrum", SITE.replace("2.4", "many")], "F0=many is not a number"),
         (["--spectrum", SITE.replace("0.15 g_0", "0.15")], "as in '0.15 g_0'"),
         (["--spectrum", SITE, "--mode", "T=0.4 s"], "--mode 'T=0.4 s': no participation, shape"),
         (["--spectrum", SITE, "--mode", MODE.replace("0.9", "top")], "shape=top is not a number"),
-        (["--spectrum", SITE, "--case", "rock"], "did you mean rocks?"),
         (["--spectrum", SITE, "--case", "down"], "--case 'down': unbounded, without a load factor to check"),
-        (["--spectrum", SITE, "--case", "down", "--method", "displacement"], "--case 'down': unbounded"),
         (["--spectrum", SITE, "--confidence-factor", "1"], "1.35"),
     ],
 )
@@ -61,35 +58,29 @@ def test_refused_checks_are_one_message(fails, file, words, message):
     fails(message, "assess", file, *words)
 
 
-@pytest.mark.parametrize(
-    "words", [["--confidence-factor", "1.35"], ["--mode", MODE], ["--method", "linear", "--case", "rocks"]]
-)
-def test_options_of_a_check_without_a_site_are_refused(fails, file, tmp_path, words):
+def test_options_of_a_check_without_a_site_are_refused(fails, file, tmp_path):
+    words = ["--confidence-factor", "1.35", "--mode", MODE, "--method", "linear", "--case", "rocks"]
     err = fails("--spectrum", "report", file, "-o", tmp_path / "r.html", *words)
     assert [word for word in words if word.startswith("--") and word not in err] == []
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("command", ["assess", pytest.param("report", marks=pytest.mark.slow)])
-def test_cases_without_a_check_by_displacement_do_not_hide_those_with_one(call, tmp_path, command):
+def test_cases_without_a_check_by_displacement_do_not_hide_those_with_one(call, done, tmp_path, command):
     """Two bodies move against each other, which has no straight curve: the pushover beside has one, and is named."""
-    blocks = [
-        box("ground", [-1, 0, -1], [6, 1, 1], fixed=True),
-        box("tall", [0, 0, 0], [0.5, 1, 2]),
-        box("low", [0.5, 0, 0], [0.5, 1, 1]),
-    ]
+    blocks = [box("ground", [-1, 0, -1], [6, 1, 1], fixed=True), box("tall", [0, 0, 0], [0.5, 1, 2])]
+    blocks += [box("low", [0.5, 0, 0], [0.5, 1, 1])]
     case = bs.LimitCase("two bodies", SELF_WEIGHT, push(1, 0, 0))
     pushed = bs.Pushover("pushed", SELF_WEIGHT, push(1, 0, 0), control=("tall", "+x"), steps=10)
-    analysis = bs.AnalysisManager(model_of(blocks, bs.JointMaterial("joint", 0.6))).run([case, pushed])
-    file = bs.save_analysis(analysis, tmp_path / "both.h5")
-    words = ("--spectrum", SITE, "--confidence-factor", "1.35", "--method", "displacement")
+    file = tmp_path / "both.h5"
+    bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), [case, pushed], file, progress=False)
     target = ("-o", tmp_path / "r.html") if command == "report" else ()
-    code, out, err = call(command, file, *target, *words)
+    words = (command, file, *target, "--spectrum", SITE, "--confidence-factor", "1.35", "--method", "displacement")
+    code, out, err = call(*words)
     assert (code, out) == (2, "")
     assert "case 'two bodies': no capacity curve: 2 bodies move" in err
     assert "no check of two bodies; the other cases have one: --case 'pushed'" in err
-    code, out, err = call(command, file, *target, *words, "--case", "pushed")
-    assert (code, err) == (0, "")
+    done(*words, "--case", "pushed")
 
 
 def test_settlements_and_cases_that_fall_are_named_and_not_checked(call, fails, done, tmp_path):
@@ -102,19 +93,16 @@ def test_settlements_and_cases_that_fall_are_named_and_not_checked(call, fails, 
     }
 
     def stored(*names):
-        done = bs.run(model, [cases[name] for name in names])
-        return bs.save_analysis(done, tmp_path / f"{'-'.join(names)}.h5")
+        ran = bs.run(model, [cases[name] for name in names])
+        return bs.save_analysis(ran, tmp_path / f"{'-'.join(names)}.h5")
 
     words = ("--spectrum", SITE, "--knowledge-level", "LC1")
-    both = stored("settles", "rocks")
-    code, out, err = call("assess", both, *words)
-    assert (code, err, out.count("relied on: SLV, linear")) == (0, "", 1)
+    both, target = stored("settles", "rocks"), tmp_path / "r.html"
+    out = done("assess", both, *words)
     assert out.startswith("not checked: settles (a settlement has no push)\n")
-    target = tmp_path / "r.html"
+    assert out.count("relied on: SLV, linear") == 1
     assert "not checked: settles" in done("report", both, "-o", target, *words)
     assert "capacity / demand 0.823 of “rocks”" in target.read_text(encoding="utf-8")
-    code, out, _ = call("report", both, "-o", target, *words, "--case", "rocks")
-    assert (code, "not checked" in out) == (0, False)
     fails("case 'settles': a SettlementCase has no push", "assess", both, *words, "--case", "settles")
     fails("(settles: a settlement has no push)", "assess", stored("settles"), *words)
     code, out, _ = call("assess", stored("rocks", "falls"), *words)
@@ -123,14 +111,12 @@ def test_settlements_and_cases_that_fall_are_named_and_not_checked(call, fails, 
 
 
 def test_the_report_checks_one_case(done, tmp_path):
-    case = "also"
-    blocks, joint = single_block(0.4, 4.0)
     cases = [bs.LimitCase(name, SELF_WEIGHT, push(1, 0, 0)) for name in ("rocks", "also")]
-    file = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "two.h5")
+    file = bs.save_analysis(bs.run(model_of(*single_block(0.4, 4.0)), cases), tmp_path / "two.h5")
     target = tmp_path / "r.html"
-    done("report", file, "-o", target, "--spectrum", SITE, "--knowledge-level", "LC1", "--case", case)
+    done("report", file, "-o", target, "--spectrum", SITE, "--knowledge-level", "LC1", "--case", "also")
     text = target.read_text(encoding="utf-8")
-    assert f"Relied on: capacity / demand 0.823 of “{case}” (SLV, linear)" in text
+    assert "Relied on: capacity / demand 0.823 of “also” (SLV, linear)" in text
     assert "the least of 2 checks" not in text
 
 

@@ -113,20 +113,3 @@ def test_cells_leave_too_much_of_a_reaction():
     result = bs.run(model, bs.SettlementCase("settles", SELF_WEIGHT, ["left"], "-z"))["settles"]
     assert 8.05e3 < result.reaction.to("N").magnitude < 8.3e3
     assert [note.code for note in result.notes] == ["crushing_cells"]
-
-
-def test_the_edge_of_a_tall_wall_crushes_while_its_top_slides_fast():
-    """A block that a tie holds back slides on top of the wall eighty times as fast as the edge below it enters."""
-    blocks = [
-        box("ground", [-1, -1, -1], [3, 8, 1], fixed=True),
-        box("back", [0, 5, 0], [1, 1, 7], fixed=True),
-        box("wall", [0, 0, 0], [1, 0.5, 6]),
-        box("top", [0, 0, 6], [1, 0.5, 0.2]),
-    ]
-    tie = bs.Tie("tie", ("top", "[0.5, 0.25, 6.1] m"), ("back", "[0.5, 5, 6.1] m"), yield_force="9 kN")
-    joint = bs.JointMaterial("joint", 0.6, compressive_strength="2 MPa")
-    result = solve(model_of(blocks, joint).with_ties([tie]), push(0, -1, 0))
-    states = result.states[-1].to_series()
-    assert (states["wall|top"], states["ground|wall"]) == ("sliding", "hinge + crushing")
-    assert result.utilisation.crushing[-1].sel(interface="ground|wall").item() == pytest.approx(1.0, abs=1e-3)
-    assert "Crushing joints: ground|wall." in result.describe()

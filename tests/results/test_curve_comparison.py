@@ -191,26 +191,20 @@ def test_the_d0_of_a_curve_is_held_against_its_displacements(rocking):
     assert said.startswith("d0 is 0.15 m, that of the capacity curve 0.151")
 
 
-def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
+def test_archives_tell_how_far_pushovers_went(rocking, tmp_path):
     for folder, done in (("a", rocking), ("b", ending(rocking, 6))):
         bs.save_analysis(done, tmp_path / folder / "push.h5")
-        bs.save_analysis(
-            bs.run(rocking.model, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0))), tmp_path / folder / "plain.h5"
-        )
     table = bs.Archive(tmp_path).table(all_columns=True).set_index("path")
     curve = rocking["push"].capacity
     assert table.attrs["units"]["d0"] == table.attrs["units"]["curve_end"] == "meter"
     assert table.loc["a/push.h5", "d0"] == curve["d0"].item()
-    assert np.isnan(table.loc[["a/plain.h5", "b/push.h5", "b/plain.h5"], "d0"].astype(float)).all()
-    assert table.loc["b/push.h5", "curve_end"] == curve["displacement"][5].item()
-    assert table.loc["b/push.h5", "curve_ended"] == "falls"
+    assert np.isnan(table.loc["b/push.h5", "d0"])
+    assert table.loc["b/push.h5", ["curve_end", "curve_ended"]].tolist() == [curve["displacement"][5].item(), "falls"]
     assert bs.Archive(tmp_path).select("d0 < 0.2")["path"].tolist() == ["a/push.h5"]
-    different = bs.Archive(tmp_path / "a").difference(bs.Archive(tmp_path / "b"))
-    assert different["agree"].to_dict() == {("plain.h5", "plain"): True, ("push.h5", "push"): False}
-    assert different.loc[("push.h5", "push"), "relative_difference"] == 0
-    assert different.loc[("push.h5", "push"), "end_difference"] < -0.1
-    same = bs.Archive(tmp_path / "b")
-    assert same.difference(same)["agree"].all()
+    row = bs.Archive(tmp_path / "a").difference(bs.Archive(tmp_path / "b")).loc[("push.h5", "push")]
+    assert (row["agree"], row["relative_difference"]) == (False, 0)
+    assert row["end_difference"] < -0.1
+    assert bs.Archive(tmp_path / "b").difference(bs.Archive(tmp_path / "b"))["agree"].all()
 
 
 def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call, fails):

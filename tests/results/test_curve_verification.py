@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from structures import SELF_WEIGHT, beam_on_ledges, block_on_a_bar, box, edited, push, slipping_units
+from structures import SELF_WEIGHT, beam_on_ledges, block_on_a_bar, edited, push, slipping_units
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,6 @@ def test_one_hundredth_is_found(tied, wall, name):
         ("load_factor", 4, 0.9, "equilibrium residual"),
         ("energy_error", 3, 2.0, "energy error"),
         ("equilibrium_residual", 2, np.nan, "equilibrium residual is nan"),
-        ("load_factor", 2, np.nan, "nan"),
     ],
 )
 def test_other_lies(wall, name, state, by, words):
@@ -146,20 +145,15 @@ def test_validate_finds_another_reaction(tmp_path, call, done):
 
 REDUNDANT = [
     ("detected", "model/floating", 0, 1, "/model/floating: that of '.*' is 1, and 0 by the rest"),
-    ("detected", "model/untouched", 0, 1, "/model/untouched: that of '.*' is 1, and 0 by the rest"),
     ("detected", "model/plus_of_contact", 1, 1, "that of contact 1 of .ground. and .post. is .ground.block."),
     ("detected", "model/area_of_contact", 0, -1.0, "/model/area_of_contact: there is a negative number"),
-    ("detected", "model/area_tolerance", (), -1.0, "/model/area_tolerance: there is a negative number"),
     ("wall", "cases/push/history/iteration", -1, 0, "/history/iteration: the numbers are not 0, 1, …"),
-    ("wall", "cases/push/capacity/step", -1, 0, "/capacity/step: the numbers are not 0, 1, …"),
     ("wall", "cases/push/history/load_factor", 1, 9.0, "iteration 1 miss equilibrium by"),
     ("wall", "cases/push/history/interface_corner_position", (0, 0), 50.0, "interface_corner_position of the history"),
-    ("wall", "cases/push/history/interface_of_interface_corner", 4, 0, "interface_of_interface_corner of the history"),
     ("wall", "cases/push/capacity/holds", 2, 0, "state 2 of the .*: its certificate does not hold, by its forces"),
     ("wall", "cases/push/capacity/flow_rule_gap", 2, 9.0, "state 2 .*: its (flow rule gap|interpenetration) is"),
     ("wall", "cases/push/capacity/flow_rule_gap", -1, np.nan, "state .*: its flow rule gap is nan"),
     ("wall", "cases/push/capacity/falls", 1, -1, "/capacity/falls: there is other than 0 and 1"),
-    ("wall", "cases/push/capacity/contact_points", 1, -1, "/capacity/contact_points: there is a negative number"),
     ("wall", "cases/push/capacity/interpenetration", 2, 0.2, "state 2 .*: its (flow rule gap|interpenetration) is"),
     ("tied", "cases/push/capacity/tie_elongation_limit", 0, 3.0, "tie_elongation_limit of tie 'bar' .* is 3 m"),
     ("tied", "cases/push/capacity/tie_break_displacement", 0, 5.0, "tie_break_displacement of tie 'bar' .* is 5 m"),
@@ -174,21 +168,3 @@ def test_validate_compares_derived_variables(stored, tmp_path, call, structure, 
     code, out, _ = call("validate", tmp_path / "x.h5")
     assert code == 4
     assert re.search(words, out), out
-
-
-def test_the_force_of_a_tie_counts_against_the_lighter_block():
-    """A bar of 50 kN holds some N of a block of 20 N on a slippery ground, next to a wall of 120 kN that goes over."""
-    blocks = [
-        box("ground", [-3, -1, -0.5], [8, 6, 0.5], fixed=True),
-        box("post", [-2, 0, 0], [0.5, 1, 1], fixed=True),
-        box("wall", [0, 0, 0], [0.5, 4, 3]),
-        box("light", [-1, 0.4, 0], [0.1, 0.1, 0.1]),
-    ]
-    joints = {"light|ground": bs.JointMaterial("slick", 0.05), "*": bs.JointMaterial("rough", 0.8)}
-    bar = bs.Tie("bar", ("post", "[-1.5, 0.45, 0.05] m"), ("light", "[-1, 0.45, 0.05] m"), yield_force="50 kN")
-    model = bs.Model("both", blocks, bs.detect_interfaces(blocks, joints), ties=[bar])
-    analysis = bs.run(model, bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("wall", (1, 0, 0)), steps=6))
-    curve = analysis["push"].capacity
-    assert 0 < curve["tie_force"][0].item() < 50.0
-    assert bs.results.pushed_tie_state(model, curve)[0].item() == "stressed"
-    assert bs.results.contradictions(analysis) == []

@@ -1,7 +1,5 @@
 """The description of a collapse, and the bodies that move."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -42,25 +40,12 @@ def test_a_wall_out_of_plane_is_one_body_about_its_edge():
     assert "leans towards −y, turning about the axis along x through y = 0 m, z = 0 m." in result.describe()
 
 
-def test_many_equal_joints_are_described():
-    """Of 60 equal walls no joint does 2 % of the work of all."""
-    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[122, 3, 0.5] m", TUFF, fixed=True)
-    walls = [bs.Block.box(f"wall {k}", f"[{2 * k}, 0, 0] m", "[1, 0.5, 2] m", TUFF) for k in range(60)]
-    assert "Hinges: 60" in solve(model_of([ground, *walls], LIME), push(0, -1, 0)).describe()
-
-
-@pytest.mark.parametrize("procedure", ["fictitious", "fictitious, cut", "loading path"])
-def test_the_description_names_the_kind_of_its_iterations(procedure):
-    procedure, _, cut = procedure.partition(", ")
-    model = model_of(*single_block(0.5, 1.0))
-    settings = {"procedure": procedure, **({"max_programs": 2} if cut else {})}
-    result = solve(model, push(1, 0, 0), "nonassociative", **settings)
-    assert result.status == ("not_converged" if cut else "converged")
-    on_path = procedure == "loading path"
-    assert result.describe().endswith(text.STEPS_OF_PATH if on_path else text.STEPS_OF_PROGRAMS)
-    assert (text.NO_COLLAPSE_STATE in result.describe()) is bool(cut)
-    lifted = solve(model, push(0, 0, -1))
-    assert lifted.describe() == str(lifted)
+@pytest.mark.parametrize(
+    ("procedure", "words"), [("fictitious", text.STEPS_OF_PROGRAMS), ("loading path", text.STEPS_OF_PATH)]
+)
+def test_the_description_names_the_kind_of_its_iterations(procedure, words):
+    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0), "nonassociative", procedure=procedure)
+    assert result.describe().endswith(words)
 
 
 @pytest.mark.parametrize(
@@ -110,16 +95,6 @@ def test_an_axis_far_from_the_origin_keeps_its_decimals():
     assert "leans towards +x, turning about the axis along y through x = 25.66 m, z = 312.75 m" in motion_of(body)
 
 
-def test_solver_noise_of_an_axis_is_rounded_to_zero():
-    """A wall of 7 m turns about y = 30 mm at its base; the solver finds the axis 1 µm above the base."""
-    tall = model_of(*single_block(0.5, 7.0))
-    (body,) = macro_blocks(tall, solve(tall, push(1, 0, 0)).mechanism)
-    centroid = np.array([0.25, 0.25, 3.5])
-    turn, arm = np.array([1.0, 0.0, 0.0]), centroid - np.array([0.25, 0.03, 1e-6])
-    slightly = replace(body, centroid=centroid, rotation=turn, translation=np.cross(turn, arm))
-    assert "through y = 0.03 m, z = 0 m" in motion_of(slightly)
-
-
 def test_carried_weights_count_as_in_the_participating_mass():
     """A roof of 10 kN/m on the middle of a wall of 0.5 × 3 m, 6 m long; an eighth of a load of 8 kN has mass."""
     model = wall()
@@ -148,7 +123,6 @@ def test_carried_weights_count_as_in_the_participating_mass():
             "leans towards +x (99%), turning about an inclined axis near (1, 2, 3) m",
         ),
         ((0, -1, 0), (0, 0, 1), "swings towards −y, turning about the axis along z through x = 1 m, y = 2 m"),
-        ((0.1, 0, -1), (0, 1, 0), "moves towards −z, turning about the axis along y through x = 1 m, z = 3 m"),
     ],
 )
 def test_bodies_move_in_words(translation, axis, words):

@@ -10,7 +10,7 @@ from blockstruct.views import analysis_summary, result_text, summary_table
 from blockstruct.views.page.html import payload
 from blockstruct.views.report.contents import contents
 from blockstruct.views.words import admissible_words
-from structures import SELF_WEIGHT, box, model_of, push, settings_of, single_block, solve
+from structures import SELF_WEIGHT, model_of, push, settings_of, single_block, solve
 
 
 def test_a_spread_gives_the_range_of_the_path_and_never_moves_the_headline(every_schedule):
@@ -45,21 +45,6 @@ def test_every_room_shows_the_same_sentence(every_schedule, small_model, dead):
     texts += [str(cell) for column in summary_table(without).columns for cell in column.cells]
     assert [text for text in texts if "nan" in text] == []
     assert "none" in texts
-
-
-@pytest.mark.parametrize("name", ["key", "NOT SETTLED; pushover: b"])
-def test_a_block_called_by_a_status_is_a_block(name):
-    """A name may be any word; no fact is read out of a sentence."""
-    blocks = [
-        box("left", [-1, 0, 0], [1, 1, 2], fixed=True),
-        box("right", [1, 0, 0], [1, 1, 2], fixed=True),
-        box(name, [0, 0, 1], [1, 1, 0.5]),
-        box("free", [-1, 0, 2], [0.5, 1, 1]),
-    ]
-    load = bs.LoadPattern("push", [bs.PointLoad("free", bs.Q_([-0.75, 0.5, 3], "m"), bs.Q_([-10, 0, 0], "kN"))])
-    result = solve(model_of(blocks, bs.JointMaterial("dry", 0.6)), load, "nonassociative")
-    assert (result.status, result.hung, result.settled) == ("depends_on_self_stress", (name,), False)
-    assert result.warnings == ()
 
 
 def test_every_text_marks_an_unsettled_load_factor(small_model, blank_pictures):

@@ -71,11 +71,7 @@ def test_a_certificate_prints_each_measure_with_its_tolerance(small_analysis):
     result = next(iter(small_analysis.values()))
     first, *lines = str(result.certificate).splitlines()
     assert first == "certificate holds"
-    texts = result.certificate.texts.values()
-    for line, name, (value, limit) in zip(
-        lines, ("equilibrium", "strength", "contact", "flow rule"), texts, strict=True
-    ):
-        assert line.strip().startswith(f"{name}:")
+    for line, (value, limit) in zip(lines, result.certificate.texts.values(), strict=True):
         assert f" {value} of " in line
         assert line.endswith(f"(tolerance {limit})")
     limit = result.settings.numerics.gap_tolerance * result.load_factor

@@ -55,7 +55,6 @@ LIES = {
         ["equilibrium residual"],
     ),
     "final forces all zero": (lambda a: {"history": last("contact_force", 0.0)}, ["equilibrium residual"]),
-    "forces doubled": (lambda a: {"history": last("contact_force", "2")}, ["equilibrium residual"]),
     "yield excess of a billion": (lambda a: certificate(a, yield_excess=1e9), ["yield excess of the certificate"]),
     "yield excess of a billion in the history": (
         lambda a: {"history": last("yield_excess", 1e9)},
@@ -89,7 +88,6 @@ LIES = {
         lambda _: {"status": bs.Status.UNSTABLE, "load_factor": np.nan},
         ["not a dead-load program"],
     ),
-    "a negative load factor": (lambda _: {"load_factor": -0.5}, ["converged, but its load factor is -0.5"]),
     "another friction": (
         lambda _: {"history": lambda h: h.friction_coefficient.to_numpy().__imul__(2.0)},
         ["friction_coefficient of the history"],

@@ -3,8 +3,7 @@
 import dataclasses
 import subprocess
 import sys
-from collections import Counter, defaultdict
-from io import BytesIO
+from collections import Counter
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -19,9 +18,9 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.diagrams import stress_blocks
-from blockstruct.views.figures.sheet import Drawing, _file_names, nearest_to_crushing
-from blockstruct.views.solids import View, triangles
-from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, parts
+from blockstruct.views.figures.sheet import Drawing, _file_names
+from blockstruct.views.solids import triangles
+from blockstruct.views.style import ACCENT, AMPLITUDE, FORCE, STATE_COLOURS, parts
 from refusals import refused
 from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve, stopping
 
@@ -74,28 +73,26 @@ def wall(small_analysis):
 def test_every_figure_draws_on_the_axes_it_is_given_with_lengths(wall, draw, look):
     given = axes()
     assert draw(wall[1], look=look, ax=given) is given
-    labels = [given.get_xlabel(), given.get_ylabel()]
-    if look in ("x", "y", "z", None):
-        assert all(label.endswith("[m]") for label in labels)
-    else:
-        # In space the axes are three arrows of a round length.
-        assert [t.get_text() for t in given.texts if t.get_text() in "xyz"] == ["x", "y", "z"]
-        assert "0.1 m" in [t.get_text() for t in given.texts]
-    given.figure.savefig(BytesIO(), dpi=30)
+    # In space the axes are three arrows of a round length.
+    labels = [given.get_xlabel(), given.get_ylabel()] if look in ("x", "y", "z", None) else ["[m]"]
+    texts = [text.get_text() for text in given.texts]
+    assert all(label.endswith("[m]") for label in labels)
+    assert len(labels) == 2 or "0.1 m" in texts
 
 
-@pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (3.0, 3.0, 3.0), (2.0, 2.0, 0.1)])
-@pytest.mark.parametrize("draw", [figures.structure, figures.mechanism, figures.forces])
-def test_nothing_is_cut_off_in_space(size, draw):
+@pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (2.0, 2.0, 0.1)])
+def test_nothing_is_cut_off_in_space(size):
     blocks = [box("foot", [0, 0, -0.1], [*size[:2], 0.1], fixed=True), box("block", [0, 0, 0], size)]
-    ax = draw(solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0)), look="3d", ax=axes())
-    ax.figure.draw_without_rendering()
-    points = np.concatenate([p.vertices for c in ax.collections for p in c.get_paths()])
-    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
-    assert (points > low).all()
-    assert (points < high).all()
-    # It fills them, too.
-    assert max(np.ptp(points, axis=0) / (high - low)) > 0.85
+    result = solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0))
+    for draw in (figures.structure, figures.mechanism, figures.forces):
+        ax = draw(result, look="3d", ax=axes())
+        ax.figure.draw_without_rendering()
+        points = np.concatenate([p.vertices for c in ax.collections for p in c.get_paths()])
+        low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+        assert (low < points).all()
+        assert (points < high).all()
+        # It fills them, too.
+        assert max(np.ptp(points, axis=0) / (high - low)) > 0.85
 
 
 def test_joints_on_the_surface_have_the_colour_of_their_state(wall):
@@ -110,51 +107,6 @@ def test_joints_on_the_surface_have_the_colour_of_their_state(wall):
     assert {t.get_text() for t in ax.get_legend().get_texts()} == {s.replace(" + ", ", ") for s in moving}
 
 
-def test_combined_states_have_dashes_of_each_colour_in_turn():
-    _, result = crushing((1, 0, 0))
-    assert result.states.isel(iteration=-1).to_numpy().tolist() == ["hinge + crushing"]
-    (found,) = [c for c in figures.structure(result, ax=axes()).collections if isinstance(c, PathCollection)]
-    lines = defaultdict(list)
-    for path, dash, edge in zip(found.get_paths(), found.get_linestyle(), found.get_edgecolor(), strict=True):
-        if len(path.vertices) == 2 and dash[1] is not None:
-            lines[path.vertices.tobytes()].append((dash, tuple(edge)))
-    assert lines
-    for single in lines.values():
-        (start, pattern), colours = single[0][0], {edge for _, edge in single}
-        assert len(colours) == len(single) >= 2
-        assert sorted(d[0] for d, _ in single) == pytest.approx([start + k * pattern[0] for k in range(len(single))])
-
-
-def test_covered_joints_are_hidden():
-    """A block behind another, each on the ground and joined to each other, pushed along the joint."""
-    front, back = box("front", [0, 0, 0], [1, 0.5, 1]), box("back", [0.25, 0.5, 0], [0.5, 1, 0.8])
-    # The back block is named first: the order of drawing is not the order of names.
-    blocks = [back, front, box("ground", [-4, 0, -0.5], [5, 2, 0.5], fixed=True)]
-    walls = solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0))
-    states = walls.states.isel(iteration=-1).to_series()
-    assert "sticking" not in states[["ground|front", "ground|back"]].tolist()
-    ax = figures.structure(walls, look="y", ax=axes())
-    (found,) = [c for c in ax.collections if isinstance(c, PathCollection)]
-    paths = [p.vertices for p in found.get_paths()]
-    cover = next(k for k, p in enumerate(paths) if len(p) > 2 and np.ptp(p, axis=0).tolist() == [1, 1])
-    lines = [(k, p) for k, p in enumerate(paths) if len(p) == 2]
-    hidden = [(k, p) for k, p in lines if abs(np.ptp(p[:, 0]) - 0.5) < 1e-9]
-    assert all(k < cover for k, _ in hidden)
-    # The joint between the two is seen end-on by nobody who looks along y: its outline is not drawn.
-    assert all(np.ptp(p[:, 1]) == 0 for _, p in lines)
-
-
-@pytest.mark.parametrize("direction", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
-def test_the_push_comes_nearer_and_goes_sideways_in_space(small_model, direction):
-    view = View.of(solve(small_model, push(*direction)), "3d")
-    right, _, toward = view.basis @ direction
-    assert toward > 0.4
-    assert abs(right) > 0.7
-    assert not view.flat
-    # Elevations for motion in the plane, else space.
-    assert View.of(solve(small_model, push(*direction))).flat == (direction[0] != 0)
-
-
 def test_utilisation_is_drawn_on_a_scale_from_zero_to_one(wall):
     _, result = wall
     ax = figures.structure(result, colour="sliding", ax=axes())
@@ -166,17 +118,14 @@ def test_utilisation_is_drawn_on_a_scale_from_zero_to_one(wall):
     assert ax.figure.axes[1].get_ylim() == (0, 1)
 
 
-def test_the_mechanism_is_drawn_to_its_amplitude_and_coloured_by_it(rocking):
+def test_the_mechanism_is_drawn_to_its_amplitude(rocking):
     _, result = rocking
-    ax = figures.mechanism(result, amplitude="10 cm", look="y", ax=axes())
-    faces, _ = drawn(ax)
+    faces, _ = drawn(figures.mechanism(result, amplitude="10 cm", look="y", ax=axes()))
     moved = np.concatenate([p[:4] for p, _, _ in faces])
     # The centroid is √(0.2² + 0.4²) m from the edge it turns about: the turn is 0.1 m over that.
     turn = 0.1 / np.hypot(0.2, 0.4)
     for corner in ([0.4, 0.0], [0.4 + 0.8 * turn, 0.8], [0.0, 0.4 * turn], [0.8 * turn, 0.8 + 0.4 * turn]):
         assert np.abs(moved - corner).sum(axis=1).min() == pytest.approx(0, abs=1e-6)
-    block = min(faces, key=lambda face: np.ptp(face[0], axis=0).sum())
-    np.testing.assert_allclose(block[2], to_rgba(DISPLACEMENT[-1]), atol=0.02)
 
 
 def test_the_ends_of_a_balanced_beam_do_not_fill_the_picture_of_its_mechanism():
@@ -191,13 +140,10 @@ def test_the_ends_of_a_balanced_beam_do_not_fill_the_picture_of_its_mechanism():
     # The centroid is √(0.05² + 0.15²) m from the edge the beam turns about, its far upper corner √(2.05² + 0.3²) m.
     translation = AMPLITUDE * 4 * np.hypot(0.05, 0.15) / np.hypot(2.05, 0.3)
     assert ax.get_title(loc="left") == f"largest translation of a block drawn as {translation:.2g} m"
-    given = figures.mechanism(result, look="y", amplitude="10 cm", ax=axes())
-    assert given.get_title(loc="left") == "largest translation of a block drawn as 0.1 m"
 
 
 def test_the_push_is_an_arrow_with_the_load_factor(rocking):
-    _, result = rocking
-    ax = figures.mechanism(result, look="y", ax=axes())
+    ax = figures.mechanism(rocking[1], look="y", ax=axes())
     (tail,), (tip,) = arrows(ax, FORCE)
     assert tip[1] == pytest.approx(tail[1]) == pytest.approx(0.4)
     # It points at the structure from the side that the push comes from.
@@ -207,24 +153,19 @@ def test_the_push_is_an_arrow_with_the_load_factor(rocking):
     ax.figure.draw_without_rendering()
     # Beside the structure and within the picture.
     extent = text.get_window_extent()
-    assert ax.bbox.x0 <= extent.x0
-    assert extent.x1 < ax.transData.transform((0, 0))[0]
+    assert ax.bbox.x0 <= extent.x0 < extent.x1 < ax.transData.transform((0, 0))[0]
 
 
 def test_load_arrows_end_at_their_points(rocking):
     model, _ = rocking
-    roof = bs.Weight("block", Q_([0.1, 0.5, 1.0], "m"), "4 kN")
-    dead = bs.LoadPattern("dead", [bs.SelfWeight(), roof])
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.Weight("block", Q_([0.1, 0.5, 1.0], "m"), "4 kN")])
     result = solve(model, bs.LoadPattern("push", [bs.BodyForce("+x")]), dead=dead)
     ax = figures.loads(result, look="y", ax=axes())
-    (tail,), (tip,) = arrows(ax, ACCENT)
-    np.testing.assert_allclose(tip, [0.1, 1.0], atol=1e-9)
-    assert tail[0] == pytest.approx(0.1)
+    np.testing.assert_allclose(arrows(ax, ACCENT)[1], [[0.1, 1.0]], atol=1e-9)
     _, tips = arrows(ax, FORCE)
     # The block is pushed at its centroid, the roof at its own.
     np.testing.assert_allclose(tips[np.argsort(tips[:, 1])], [[0.2, 0.4], [0.1, 1.0]], atol=1e-9)
     assert [t.get_text() for t in ax.get_legend().get_texts()] == ["dead: 4 kN", "push: 10.4 kN × load factor"]
-    assert [d.name for d in figures.drawings(result)][:2] == ["mechanism", "loads"]
     load = bs.PointLoad("block", Q_([0, 0.5, 0.8], "m"), "[1, 0, 0] kN")
     ax = figures.mechanism(solve(model, bs.LoadPattern("one", [load])), look="y", ax=axes())
     np.testing.assert_allclose(arrows(ax, FORCE)[1], [[0, 0.8]], atol=1e-9)
@@ -275,8 +216,6 @@ def test_convergence_draws_every_load_factor_its_bound_and_the_certificate(wall,
     _, result = wall
     ax = figures.convergence(result, ax=axes())
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), result.history.load_factor)
-    markers = sum(len(line.get_xdata()) for line in ax.lines[1:] if line.get_marker() != "None")
-    assert markers == result.n_iterations
     level = {line.get_label(): line.get_ydata()[0] for line in ax.lines}
     bound = float(result.history.load_factor[0])
     assert level[f"associative bound {bound:.4g}"] == bound
@@ -284,7 +223,6 @@ def test_convergence_draws_every_load_factor_its_bound_and_the_certificate(wall,
     # With associative flow the value is the bound.
     single = figures.convergence(rocking[1], ax=axes())
     assert not [line for line in single.lines if "bound" in line.get_label()]
-    assert [tick for tick in single.get_xticks() if abs(tick) <= 0.5] == [0]
     ax = figures.certificate(result, ax=axes())
     measures, limits = ax.lines[::2], ax.lines[1::2]
     assert [len(line.get_ydata()) for line in measures] == [result.n_iterations] * 4
@@ -344,14 +282,6 @@ def test_the_title_of_a_domain_has_the_other_axis(direction, more, text):
     assert title.endswith(text)
 
 
-def test_the_report_shows_the_axis_about_which_a_joint_crushes():
-    _, result = crushing((1, 1.5, 0))
-    moment = abs(result.resultants.moment.isel(iteration=-1).sel(interface="ground|block"))
-    assert moment.sel(component="s") > moment.sel(component="t")
-    # Across the thinner side the smaller moment is nearer to the strength.
-    assert nearest_to_crushing(result) == ("ground|block", "t")
-
-
 def test_stress_blocks_are_as_deep_as_the_normal_force_needs():
     _, result = crushing((1, 0, 0))
     strength, N = 0.2e6, 0.4 * 0.8 * 20e3
@@ -394,8 +324,6 @@ def test_curves_have_readable_units_and_show_the_unlimited_strength():
     np.testing.assert_allclose(ax.lines[0].get_xydata(), [[1, 0.2], [4, 0.3]])
     assert ax.lines[1].get_ydata()[0] == 0.35
     assert ax.get_xlabel() == "compressive strength f_c [MPa]"
-    friction = xr.DataArray([0.2, 0.3], dims="friction_coefficient", coords={"friction_coefficient": [0.5, 0.7]})
-    assert figures.curve(friction, ax=axes()).get_xlabel() == "friction coefficient μ [-]"
 
 
 def test_curves_on_one_axes_and_points_at_zero_are_not_cut_off():
@@ -428,16 +356,12 @@ def test_triangles_cover_a_concave_polygon():
     [
         (lambda m, r: figures.structure(r, iteration=99), UNKNOWN, "99 0 -1"),
         (lambda m, r: figures.forces(r, iteration="3"), MODEL, "iteration '3' 0 -1"),
-        (lambda m, r: figures.mechanism(r, iteration=1.5), MODEL, "iteration 1.5"),
         (lambda m, r: figures.structure(r, look="front"), MODEL, "'front' 'x' 'y'"),
         (lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")), MODEL, "'3d' plain"),
-        (lambda m, r: figures.structure(r, look=(1, 2, 3)), MODEL, "(1, 2, 3) degrees"),
         (lambda m, r: figures.mechanism(m), MODEL, "Model CaseResult"),
-        (lambda m, r: figures.structure("push"), MODEL, "str CaseResult"),
-        (lambda m, r: figures.structure(r, colour="red"), MODEL, "'red' 'state' 'sliding' 'crushing'"),
         (lambda m, r: figures.structure(r, colour="crushing"), MODEL, "compressive strength"),
+        (lambda m, r: figures.structure(r, colour="red"), MODEL, "'red' 'state' 'sliding' 'crushing'"),
         (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.errors.UnitError, "amplitude 0.1"),
-        (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.errors.DimensionError, "amplitude 3"),
         (lambda m, r: figures.mechanism(r, colour="body"), MODEL, "'body' 'displacement' 'macro-block'"),
         (lambda m, r: figures.forces(r, at="blocks"), MODEL, "'blocks' 'interfaces' 'contact"),
         (lambda m, r: figures.crushing_domain(r, "a|b"), UNKNOWN, "'a|b' base|1.1"),
@@ -452,7 +376,6 @@ def test_bad_input_is_refused_with_a_remedy(wall, call, error, words):
 
 
 def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analysis, monkeypatch):
-    plain = Drawing.picture
     folder = tmp_path / "new" / "figures"
     with monkeypatch.context() as patch:
         patch.setattr(Drawing, "picture", lambda *_: b"drawn")
@@ -461,11 +384,7 @@ def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analys
     both = {"push-associative": names, "push-nonassociative": [*names, "convergence", "certificate"]}
     assert [p.name for p in written] == [f"{case}-{name}.png" for case, all_ in both.items() for name in all_]
     assert sorted(folder.iterdir()) == sorted(written)
-    monkeypatch.setattr(Drawing, "picture", lambda drawing, file_format="png", dpi=200: plain(drawing, file_format, 20))
     one = small_analysis.replaced(results={"push associative": small_analysis["push associative"]})
-    first = figures.write_figures(one, folder)[0].read_bytes()
-    # 6.3 inches, 160 mm.
-    assert int.from_bytes(first[16:20], "big") == 20 * 6.3
     (vector, *_) = figures.write_figures(one, folder, file_format="svg", look="3d")
     assert "α = " in vector.read_text(encoding="utf-8")
     with refused(bs.errors.ModelError, "png, svg, pdf"):
@@ -527,47 +446,24 @@ def test_a_legend_of_long_names_stays_on_the_picture():
     assert max(text.get_window_extent().x1 for text in texts) <= figure.bbox.x1
 
 
-def test_a_fall_under_dead_load_shows_no_push():
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.arch(span="4 m", thickness="0.1 m", depth="1 m", voussoirs=9, material=stone)
-    result = solve(model_of(blocks, bs.JointMaterial("joint", 0.6)), push(1, 0, 0), "nonassociative")
-    assert result.status == "unstable_under_dead_load"
-    assert [text.get_text() for text in figures.mechanism(result).texts] == []
-
-
 def test_results_plot_themselves(rocking):
-    _, result = rocking
-    assert result.plot(look="y").get_xlabel() == "x [m]"
-    assert result.plot("structure", color="sliding").get_figure() is not None
+    assert rocking[1].plot(look="y").get_xlabel() == "x [m]"
     with pytest.raises(bs.errors.ModelError, match="give one of mechanism"):
-        result.plot("bending")
+        rocking[1].plot("bending")
 
 
-@pytest.fixture(scope="module")
-def around(small_model, dead):
-    return bs.directions(small_model, dead, 4, flow="associative")
-
-
-def test_the_compass(around):
+def test_the_compass(small_model, dead):
+    around = bs.directions(small_model, dead, 4, flow="associative")
     ax = figures.compass(around, label="wall")
     line = ax.get_lines()[0]
     np.testing.assert_allclose(line.get_ydata()[:4], around.data.load_factor)
     np.testing.assert_allclose(np.degrees(line.get_xdata()), [0, 90, 180, 270, 360])
     assert f"{around.load_factor:.4g}" in ax.get_title()
-    assert line.get_linestyle() == "-"
     assert "not covered" not in ax.get_title() + str(around)
-    assert ax.get_rmax() > around.data.load_factor.max()
     figures.compass(around.analysis, label="again", ax=ax)
     assert len(ax.get_legend().get_texts()) == 2
     with pytest.raises(bs.errors.ModelError, match="give polar ones"):
         figures.compass(around, ax=plt.figure().add_subplot())
-
-
-def test_points_half_a_turn_apart_are_not_joined(small_model, dead):
-    around = bs.directions(small_model, dead, bs.Q_([0, 90], "deg"), flow="associative")
-    ax = figures.compass(around)
-    assert np.isnan(ax.get_lines()[0].get_ydata()).tolist() == [False, False, True, False]
-    assert "directions between the points are not covered" in ax.get_title()
 
 
 def test_a_compass_joins_points_of_convex_directions_only(small_model, dead):
@@ -579,11 +475,10 @@ def test_a_compass_joins_points_of_convex_directions_only(small_model, dead):
     assert "directions between the points are not covered" in ax.get_title()
     (hollow,) = ax.collections
     np.testing.assert_allclose(hollow.get_offsets().ravel(), [np.pi / 2, around.data.load_factor[1]])
-    assert "hollow" in ax.get_title()
-    assert "directions between them are not covered, and one of them may be lower" in str(around)
-    upwards = bs.directions(small_model, dead, 4, vertical=0.1, flow="associative")
-    assert not upwards.is_convex
-    assert "hollow" not in figures.compass(upwards).get_title()
+    # Half a turn apart.
+    half = figures.compass(bs.directions(small_model, dead, bs.Q_([0, 90], "deg"), flow="associative"))
+    assert np.isnan(half.get_lines()[0].get_ydata()).tolist() == [False, False, True, False]
+    assert "directions between the points are not covered" in half.get_title()
 
 
 def test_the_tornado():
@@ -613,9 +508,8 @@ def test_the_distribution():
     assert step.get_xdata().tolist() == alpha[:19].tolist()
     assert step.get_ydata()[-1] == 1
     # The 5 % fractile of 20 runs has no lower end, the 95 % one no upper one.
-    left, right = [line for line in ax.get_lines() if line.get_marker() in ("<", ">")]
-    assert left.get_ydata().tolist() == [0.05]
-    assert right.get_ydata().tolist() == [0.95]
+    ends = {line.get_marker(): line.get_ydata().tolist() for line in ax.get_lines() if line.get_marker() in ("<", ">")}
+    assert ends == {"<": [0.05], ">": [0.95]}
     with pytest.raises(bs.errors.UnknownNameError, match="no case 'pull'"):
         figures.distribution(data, "pull")
     with pytest.raises(bs.errors.ModelError, match="name one"):

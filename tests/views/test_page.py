@@ -17,13 +17,12 @@ from blockstruct.views.page import NotebookPage, page_html, write_page
 from blockstruct.views.page.html import _WIDGET, payload
 from blockstruct.views.solids import Solids, load_arrows
 from blockstruct.views.style import AMPLITUDE
-from blockstruct.views.words import spread_words, status_words
+from blockstruct.views.words import spread_words
 from refusals import refused
-from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block, stopping
+from structures import SELF_WEIGHT, box, model_of, moved, push, single_block, stopping
 
 #: Traces of the scene.
-BLOCKS, EDGES, INTERFACES, JOINTS, FORCES, HEADS = range(1, 7)
-VARIABLE = 10
+BLOCKS, FORCES, VARIABLE = 1, 5, 10
 HOSTILE = "</script><b>wall</b> ’ü 墙 @data@"
 
 
@@ -67,26 +66,23 @@ def test_the_page_has_the_loads():
     """Dead load besides the weight of the blocks, variable load; each to its own largest force, at its block."""
     model = model_of(*single_block(0.4, 0.8))
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
-    cases = [
-        bs.LimitCase("push", dead, push(1, 0, 0), "associative"),
-        bs.SettlementCase("sinks", dead, ["ground"], "-z", flow="associative"),
-    ]
-    of_push, of_settlement = payload(bs.run(model, cases))["cases"]
+    pushed = bs.LimitCase("push", dead, push(1, 0, 0), "associative")
+    settles = bs.SettlementCase("sinks", dead, ["ground"], "-z", flow="associative")
+    of_push, of_settlement = payload(bs.run(model, [pushed, settles]))["cases"]
     assert "Pushed weight: 6.4 kN masonry + 1.6 kN area loads" in of_push["loads"]
-    pushed, settles = of_push["arrows"], of_settlement["arrows"]
-    assert [[arrows["grows"] for arrows in case] for case in (pushed, settles)] == [[False, True], [False]]
-    np.testing.assert_allclose(unpacked(settles[0]["vector"], "<f4", -1, 3), [[0, 0, -1]])
-    top = max(v[2] for v in model.block("block").shape.vertices)
-    assert unpacked(settles[0]["point"], "<f4", -1, 3)[0, 2] == pytest.approx(top)
-    vectors = unpacked(pushed[1]["vector"], "<f4", -1, 3)
+    (down,), (_, sideways) = of_settlement["arrows"], of_push["arrows"]
+    assert (down["grows"], sideways["grows"]) == (False, True)
+    np.testing.assert_allclose(unpacked(down["vector"], "<f4", -1, 3), [[0, 0, -1]])
+    assert unpacked(down["point"], "<f4", -1, 3)[0, 2] == pytest.approx(0.8)
+    vectors = unpacked(sideways["vector"], "<f4", -1, 3)
     assert np.linalg.norm(vectors, axis=1).max() == pytest.approx(1)
     assert (vectors[:, 0] > 0).all()
-    assert {model.blocks[k].name for arrows in pushed for k in arrows["block"]} == {"block"}
+    assert {model.blocks[k].name for k in sideways["block"]} == {"block"}
 
 
 def test_the_page_asks_nothing_of_the_network(html):
     bare = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
-    assert [word for word in ("default-src 'none'", "form-action 'none'") if word not in bare] == []
+    assert "default-src 'none'" in bare
     assert [word for word in ("http://", "https://", "<b>wall") if word in bare] == []
 
 
@@ -128,14 +124,8 @@ def test_the_page_has_the_spread_of_a_case(small_model):
     analysis = bs.AnalysisManager(small_model).run([case], spread="half steps")
     spread, data = analysis.spread("push"), payload(analysis)
     assert (data["first"], data["cases"][0]["name"]) == (0, "push")
-    given, *others = ([*case["head"]["below"], case["status"]] for case in data["cases"])
     assert {case["head"]["number"] for case in data["cases"]} == {spread.headline.number}
-    words = [status_words(r) for r in analysis.values()]
-    assert given == [spread_words(spread), words[0]]
-    assert others == [[words[0], spread_words(spread), own] for own in words[1:]]
-    stages = {stage for case in data["cases"] for stage in case["stage"]}
-    assert "loading path" in stages
-    assert not any("_" in stage for stage in stages)
+    assert all(spread_words(spread) in case["head"]["below"] for case in data["cases"])
 
 
 @contextmanager
@@ -229,45 +219,6 @@ def test_the_toolbar_has_no_button_that_sends_anything(page):
     # Some versions of plotly write png in small letters.
     expected = "download plot as a png, zoom, pan, orbital rotation, turntable rotation, reset camera to default"
     assert ", ".join(titles).lower() == expected
-    for view in ("view", "convergence"):
-        context = f"document.getElementById('{view}')._context"
-        assert page.evaluate(f"[{context}.plotlyServerURL, {context}.showSendToCloud]") == ["", False]
-
-
-@pytest.mark.slow
-def test_the_ends_of_a_balanced_beam_stay_near_it(browser, tmp_path):
-    model, load = balanced_beam()
-    analysis = bs.run(model, [bs.LimitCase("tip", SELF_WEIGHT, load, "associative")])
-    with opened(browser, write_page(analysis, tmp_path / "beam.html")) as page:
-        still = np.concatenate([b.shape.vertices for b in model.blocks])
-        moved = coordinates(page, BLOCKS) - still
-        assert np.linalg.norm(moved, axis=1).max() == pytest.approx(AMPLITUDE * 4, rel=2e-3)
-        # What is said to be drawn is: of the beam, the last block.
-        translation = np.linalg.norm(moved[-8:].mean(axis=0))
-        assert page.inner_text("#amplitude-value") == f"{translation:.3g} m"
-
-
-def test_nothing_lies_in_the_face_of_a_block(page, analysis):
-    slide(page, "amplitude", "0")
-    model = analysis.model
-    size = np.ptp(coordinates(page, BLOCKS), axis=0).max()
-    # Fills of joints off the face of their minus block, lines off the surface of their blocks.
-    fill = coordinates(page, INTERFACES)
-    polygons = [np.asarray(i.polygon) for i in model.interfaces]
-    normals = np.repeat([i.normal for i in model.interfaces], [len(p) for p in polygons], axis=0)
-    off = ((fill - np.concatenate(polygons)) * normals).sum(axis=1)
-    assert (off > 1e-3 * size).all()
-    joints = coordinates(page, JOINTS)
-    joints = joints[np.isfinite(joints).all(axis=1)]
-    edges = coordinates(page, EDGES)
-    edges = edges[np.isfinite(edges).all(axis=1)]
-    for points in (joints, edges):
-        inside = [
-            (np.abs(points - b.shape.vertices.mean(axis=0)) <= np.ptp(b.shape.vertices, axis=0) / 2).all(axis=1)
-            for b in model.blocks
-        ]
-        # The edges of a block lie off its own faces, if within its neighbours.
-        assert np.sum(inside, axis=0).max() <= 1
 
 
 def test_the_mechanism_plays_when_asked_and_stops(page):
@@ -293,11 +244,9 @@ def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
         page.mouse.click(x + attempt % 3, y, delay=200)
         if page.locator("#picked td").count():
             break
-    page.wait_for_selector("#picked td")
-    weight = analysis.model.block("1.1").weight
     text = page.inner_text("#picked")
     assert text.startswith("block\t1.1\nmaterial\ttuff\n")
-    assert f"weight\t{weight:.3g} N" in text
+    assert f"weight\t{analysis.model.block('1.1').weight:.3g} N" in text
     choose(page, "find", "base|1.1")
     N = float(next(iter(analysis.values())).resultants.force.sel(component="n", interface="base|1.1")[-1])
     assert f"N\t{N:.3g} N" in page.inner_text("#picked")
@@ -310,8 +259,6 @@ def test_loads_can_be_shown(page, analysis):
     slide(page, "amplitude", "0")
     still = coordinates(page, VARIABLE).reshape(-1, 7, 3)
     np.testing.assert_allclose(still[:, 1], arrows.point, atol=1e-5)
-    shafts = 0.18 * payload(analysis)["blocks"]["size"] * arrows.force / arrows.largest
-    np.testing.assert_allclose(still[:, 1] - still[:, 0], shafts, atol=1e-5)
     slide(page, "amplitude", "0.2")
     assert np.abs(coordinates(page, VARIABLE).reshape(-1, 7, 3)[:, 1] - still[:, 1]).max() > 0.01
     page.uncheck("#show-loads")
@@ -320,17 +267,8 @@ def test_loads_can_be_shown(page, analysis):
 def test_resultants_and_colours_can_be_chosen(page, analysis):
     page.check("#show-forces")
     settle(page)
-    lines = coordinates(page, FORCES)
     result = next(iter(analysis.values()))
-    pressed = int(is_pressed(result.history, result.resultants)[-1].sum())
-    assert len(lines) == 3 * pressed
-    # A head is two triangles whose first corner is the tip.
-    tips = lines[1::3]
-    heads = coordinates(page, HEADS).reshape(-1, 2, 3, 3)
-    assert 0 < len(heads) <= pressed
-    np.testing.assert_allclose(heads[:, 0, 0], heads[:, 1, 0])
-    assert all(np.abs(tips - tip).sum(axis=1).min() < 1e-6 for tip in heads[:, 0, 0])
-    assert page.evaluate("document.getElementById('view').data[1].opacity") < 1
+    assert len(coordinates(page, FORCES)) == 3 * int(is_pressed(result.history, result.resultants)[-1].sum())
     slide(page, "colour", "sliding")
     shades = page.evaluate("Array.from(document.getElementById('view').data[3].intensity)")
     expected = bs.results.utilisation(result.history).sliding.isel(iteration=-1).to_numpy()
@@ -362,67 +300,21 @@ def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model
 
 
 @pytest.mark.slow
-def test_axes_have_numbers_and_an_offset_far_from_the_origin(browser, surveyed, tmp_path):
+def test_places_far_from_the_origin_are_shown_in_full(browser, surveyed, tmp_path):
     """An unbounded case has no translation."""
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
         titles = "['x', 'y', 'z'].map(c => document.getElementById('view').layout.scene[c + 'axis'].title.text)"
         assert page.evaluate(titles) == ["x − 4500000 [m]", "y + 300 [m]", "z [m]"]
-        ticks = "Array.from(document.querySelectorAll('#convergence .{}tick text'), t => t.textContent)"
-        assert page.evaluate(ticks.format("x")) == ["0"]
-        # A single gap lies in one decade.
-        assert len(page.evaluate(ticks.format("y2"))) >= 2
         choose(page, "find", "block")
         assert "centroid\t4500000.323, -299.5, 0.4 m" in page.inner_text("#picked")
-        slide(page, "amplitude", "0")
-        assert "translation\t0, 0, 0 m" in page.inner_text("#picked")
         slide(page, "case", "1")
-        still = coordinates(page, 1)
-        slide(page, "amplitude", "0.1")
         assert "translation\t–" in page.inner_text("#picked")
-        np.testing.assert_array_equal(coordinates(page, 1), still)
-
-
-@pytest.mark.slow
-def test_the_legend_names_all_states_of_a_colour(browser, tmp_path):
-    """A block that rocks on a crushed edge: its joint has the colour of crushing, and is a hinge as well."""
-    blocks, joint = single_block(0.4, 0.8)
-    joint = bs.JointMaterial(joint.name, joint.friction_coefficient, compressive_strength="0.2 MPa")
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    found = bs.AnalysisManager(model_of(blocks, joint)).run([case])
-    state = str(found["push"].states.isel(iteration=-1, interface=0).item())
-    assert "crushing" in state.split(" + ")[1:]
-    with opened(browser, write_page(found, tmp_path / "page.html")) as page:
-        assert page.inner_text("#legend") == state
 
 
 def choose(page, name, value):
     page.fill(f"#{name}", value)
     page.keyboard.press("Enter")
     settle(page)
-
-
-@pytest.mark.slow
-def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dry, tmp_path):
-    rows = [[1] * 21, [0.5] + [1] * 20 + [0.5]] * 10
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    model = bs.Model("large", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    target = write_page(bs.AnalysisManager(model).run([case]), tmp_path / "large.html")
-    with opened(browser, target) as page:
-        still = coordinates(page, 1)
-        shown = page.evaluate(
-            """async () => {
-                const view = document.getElementById('view'), slider = document.getElementById('amplitude'), seen = [];
-                view.on('plotly_afterplot', () => seen.push(view.data[2].visible));
-                slider.value = 0.1;
-                slider.dispatchEvent(new Event('input'));
-                const ready = () => document.body.dataset.ready === 'yes' && seen.length > 1;
-                while (!ready()) await new Promise(done => setTimeout(done, 20));
-                return seen;
-            }"""
-        )
-        assert (shown[0], shown[-1]) == (False, True)
-        assert np.abs(coordinates(page, 1) - still).max() > 0.01
 
 
 @pytest.mark.slow

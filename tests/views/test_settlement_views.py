@@ -50,32 +50,21 @@ def test_the_console_shows_reactions(analysis):
     assert "dead, left moves along (0, 0, -1), nonassociative flow" in text
     assert str(found["goes down"].headline) in text
     assert "Statics allows reactions from 20.57 kN to 27.43 kN under the dead load." in text
-    assert "of the dead load" in text
-    assert "load factor" not in text.replace("of the load factor, or of the dead load for a reaction", "")
-    assert "R [N]" in printed(views.iteration_table(found["goes down"].history))
-    assert "R [N·m]" in printed(views.iteration_table(found["turns"].history))
-    assert "reaction / load factor" in printed(views.summary_table(found))
+    for case, unit in (("goes down", "N"), ("turns", "N·m")):
+        assert f"R [{unit}]" in printed(views.iteration_table(found[case].history))
     assert re.search(r"goes down .* 20571\.\d N", printed(views.archive_table(bs.Archive(folder).table())))
-
-
-def test_a_spread_of_reactions_is_one_of_forces(analysis):
-    found, _ = analysis
-    said = str(found.spread("goes down"))
-    assert said.count("20.57 kN") > 3
-    assert "-0.4" not in said
+    # A spread of reactions is one of forces.
+    assert str(found.spread("goes down")).count("20.57 kN") > 3
 
 
 def test_json_has_reactions(analysis):
     found, _ = analysis
     summary = json.loads(json.dumps(views.analysis_summary(found), allow_nan=False))
     case = next(c for c in summary["cases"] if c["name"] == "goes down")
-    assert case["load_factor"] is None
-    assert case["reaction"]["value"] == pytest.approx(20571.43, rel=1e-5)
-    assert case["reaction"]["largest"] == pytest.approx(27428.57, rel=1e-5)
-    assert case["reaction"]["units"] == "newton"
-    head = summary["headlines"]["goes down"]
-    assert head["reaction"] == pytest.approx(20571.43, rel=1e-5)
-    assert "load_factor" not in head
+    assert (case["load_factor"], case["reaction"]["units"]) == (None, "newton")
+    values = [case["reaction"]["value"], case["reaction"]["largest"], summary["headlines"]["goes down"]["reaction"]]
+    assert values == pytest.approx([20571.43, 27428.57, 20571.43], rel=1e-5)
+    assert "load_factor" not in summary["headlines"]["goes down"]
     assert summary["headlines"]["push"]["load_factor"] == pytest.approx(0.6, rel=1e-6)
 
 
@@ -94,12 +83,10 @@ def test_report_and_page_show_reactions(analysis):
 
 def test_figures_show_the_reaction(analysis):
     found, _ = analysis
-    ax = figures.mechanism(found["goes down"])
-    assert "R = 20.57 kN" in [text.get_text() for text in ax.texts]
+    assert "R = 20.57 kN" in [text.get_text() for text in figures.mechanism(found["goes down"]).texts]
     assert figures.mechanism(found["turns"]).get_title("right") == "R = 82.29 kN·m"
     ax = figures.convergence(found["goes down"])
     assert ax.get_ylabel() == "reaction R [kN]"
-    # Every iteration, and the two levels.
     assert ax.lines[0].get_ydata()[0] == pytest.approx(27.4286, rel=1e-5)
     plt.close("all")
 
