@@ -362,7 +362,7 @@ def _joints_at(
         frame = np.array([along, np.cross(inward, along), inward])
         reach = (joint.polygon - start) @ axis
         box, at = joint.polygon @ frame.T, frame @ start
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             # Where the line enters and leaves the slabs between opposite sides of a box around the joint.
             sides = (np.array([box.min(axis=0) - near, box.max(axis=0) + near]) - at) / (frame @ axis)
         if max(reach.min(), sides.min(axis=0).max()) <= min(reach.max(), sides.max(axis=0).min()):
