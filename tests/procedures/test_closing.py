@@ -169,9 +169,9 @@ def sliding(load_factor, free, price=1.0):
     v = (problem.A.T @ u).reshape(-1, 3)
     slip = np.hypot(v[:, 1], v[:, 2])
     cost = price * np.column_stack([problem.friction * slip, v[:, 1:]])
-    aim = Aim(load=problem.w_L, alpha=load_factor, free=free, cost=cost, enough=1e-5, nowhere=0.05)
+    aim = Aim(load=problem.w_L, alpha=load_factor, free=free, cost=cost, enough=1e-5)
     x = np.column_stack([np.full(points, 1.0), np.zeros((points, 2))])
-    return problem, corrected_forces(problem.A, problem.friction, x, -problem.w_D, corrections=30, aim=aim)
+    return problem, corrected_forces(problem.A, problem.friction, x, -problem.w_D, aim=aim)
 
 
 def test_a_block_that_slides_has_all_its_friction():

@@ -29,7 +29,7 @@ def one_rigid_step(program):
     contact = ContactProblem(program, np.zeros((problem.n_points, 3)))
     nothing = np.zeros(contact.conditions.size)
     step = Step(reference=nothing, opening=nothing, displacement=program.total)
-    found = contact.solve(step, contact.start(), centre=False, tolerance=EXACT, max_iterations=60)
+    found = contact.solve(step, contact.start(), centre=False, tolerance=EXACT)
     state = found.state
     x, T = state.x[: 3 * problem.n_points].reshape(-1, 3), state.x[contact.ties] + problem.ties.prestress(state.alpha)
     return state.alpha, certify(problem, x, state.u / program.total, state.alpha, settings, T)

@@ -141,9 +141,7 @@ def test_a_step_has_the_forces_of_conic_programs(seed):
         ConicProgram(problem, bs.ProcedureSettings()), np.column_stack([normal, normal / 0.4, normal / 0.4])
     )
     K, size = problem.n_points, 3 * problem.n_points
-    found = contact.solve(
-        Step(np.zeros(size), np.zeros(size), None), contact.start(), centre=True, tolerance=TIGHT, max_iterations=60
-    )
+    found = contact.solve(Step(np.zeros(size), np.zeros(size), None), contact.start(), centre=True, tolerance=TIGHT)
     assert found.within(TIGHT)
     dead = found.state
     s = 0.4 * contact.elastic_displacement()
@@ -155,7 +153,7 @@ def test_a_step_has_the_forces_of_conic_programs(seed):
     opening[0::3] = dead.z.line[:K] - normal * dead.x[0::3]
     forces[0::3] = 0.0
     step = Step(forces, opening, s)
-    found = contact.solve(step, dead, centre=True, tolerance=TIGHT, max_iterations=80)
+    found = contact.solve(step, dead, centre=True, tolerance=TIGHT)
     assert found.within(TIGHT)
     assert found.state.alpha == pytest.approx(alpha, rel=1e-5)
     assert np.abs(found.state.x.reshape(-1, 3) - expected).max() < 1e-5

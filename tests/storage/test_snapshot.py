@@ -28,7 +28,7 @@ def copy(path, tmp_path):
 def kept(request, monkeypatch):
     """Both ways of keeping what a file was."""
     if request.param == "by its descriptor":
-        monkeypatch.setattr(storage_file, "_SMALL", 0)
+        monkeypatch.setattr(storage_file, "_SMALL", 1)
 
 
 def test_no_byte_of_a_damaged_file_reaches_libhdf5(copy, small_model, monkeypatch):
@@ -62,7 +62,7 @@ def test_what_is_opened_stays_what_it_was(copy, small_analysis, kept, change):
 
 
 def test_a_file_that_is_written_to_while_it_is_open_is_refused(copy, monkeypatch):
-    monkeypatch.setattr(storage_file, "_SMALL", 0)
+    monkeypatch.setattr(storage_file, "_SMALL", 1)
     stored = bs.open_analysis(copy)
     with copy.open("r+b") as file:
         file.write(b"x")
@@ -85,7 +85,7 @@ def test_histories_are_read_when_they_are_looked_at(path, small_analysis, kept, 
 
 
 def test_descriptors_are_closed(copy, monkeypatch):
-    monkeypatch.setattr(storage_file, "_SMALL", 0)
+    monkeypatch.setattr(storage_file, "_SMALL", 1)
     gc.collect()
     before = len(list(Path("/proc/self/fd").iterdir()))
     for _ in range(5):

@@ -183,6 +183,27 @@ def test_a_run_that_began_with_another_model_is_not_gone_on_with(tmp_path, monke
     assert load_factors(data) == [0.25]
 
 
+def test_a_run_counts_as_found_once_its_file_is_in_place(tmp_path, monkeypatch):
+    """Its process was killed, or is about to remove the working data, and still holds the lock."""
+
+    def kill(folder):
+        raise SystemExit
+
+    values, seen = {"friction_coefficient": 0.3, "height": Q_(1, "m")}, []
+    path = tmp_path / bs.study(studied.block, values, tmp_path, workers=1).path.item()
+    cut(studied.block, path, values, SystemExit)
+    with monkeypatch.context() as patch, contextlib.suppress(SystemExit):
+        patch.setattr("blockstruct.storage.run_folder.clear", kill)
+        bs.study(studied.block, values, tmp_path, workers=1)
+    assert (tmp_path / f"{path.name}.partial" / "plan").is_file()
+    assert not bs.storage.is_unfinished(path)
+    with WriterLock(path):
+        bs.study(studied.block, values, tmp_path, workers=1, listeners=[seen.append])
+    assert (seen[0].found, seen[0].total) == (1, 1)
+    assert bs.AnalysisManager.resume(path).status == "finished"
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
 def test_lists_side_by_side(tmp_path):
     parameters = {"friction_coefficient": [0.3, 1.2], "height": ["1 m", "0.5 m"]}
     data = bs.study(studied.block, parameters, sampling="paired", workers=1)

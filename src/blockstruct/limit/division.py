@@ -24,15 +24,10 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import ROUNDING, Array, Flags, Index
 from blockstruct.limit import crushing
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.torsion import UniformTorsion
-
-#: Largest number of ellipsoids; each has at most e^(−1/8) times the volume of the previous ellipsoid.
-STEPS = 500
-#: Missed work up to which it counts as zero, relative to joint resistance times largest velocity; relative accuracy.
-NONE, ENOUGH = 1e-8, 1e-3
 
 
 def sliding(problem: LimitProblem, x: Array, v: Array, *, biaxial: bool) -> Array:
@@ -58,7 +53,8 @@ def sliding(problem: LimitProblem, x: Array, v: Array, *, biaxial: bool) -> Arra
     flow = _Flow.of(problem, own.part(dilates), x, v, biaxial=biaxial)
     unit = np.empty(len(flow.torsion))
     unit[flow.torsion.owner] = problem.force_unit[flow.torsion.point]
-    none = NONE * largest * unit * flow.force
+    # Work that counts as zero, next to the resistance of the joint at the largest velocity.
+    none = ROUNDING * largest * unit * flow.force
     missed, _ = flow.missed(found[flow.torsion.point])
     chosen = np.flatnonzero(dilates)[missed > none]
     if len(chosen):
@@ -142,7 +138,8 @@ class _Flow:
         fastest = np.zeros(len(own))
         np.maximum.at(fastest, own.owner, np.linalg.norm(along, axis=1))
         w, E = np.zeros((len(own), 3)), fastest[:, None, None] ** 2 * np.eye(3)
-        for _ in range(STEPS):
+        # Each ellipsoid has at most e^(−1/8) times the volume of the previous one.
+        while True:
             apart = along - w[own.owner, :2] - w[own.owner, 2:] * np.column_stack([-y, x])
             of_points, of_cone = np.linalg.norm(apart, axis=1), np.linalg.norm(w, axis=1)
             rate = of_points + of_cone[own.owner]
@@ -157,9 +154,9 @@ class _Flow:
             to_edge = np.einsum("iab,ib->ia", E, slope)
             width = np.sqrt(np.maximum(np.einsum("ia,ia->i", slope, to_edge), 0.0))
             # The work at the centre less the width is a lower bound inside the ellipsoid.
-            left = (least > none) & (least - work + width > np.maximum(none, ENOUGH * least))
+            left = (least > none) & (least - work + width > none)
             if not left.any():
-                break
+                return best
             held = np.where(left, width, 1.0)
             to_edge, depth = to_edge / held[:, None], np.where(left, (work - least) / held, 0.0)
             step, grown = (1 + 3 * depth) / 4, 9 * (1 - depth**2) / 8
@@ -167,4 +164,3 @@ class _Flow:
             w = np.where(left[:, None], w - step[:, None] * to_edge, w)
             outer = shrunk[:, None, None] * np.einsum("ia,ib->iab", to_edge, to_edge)
             E = np.where(left[:, None, None], grown[:, None, None] * (E - outer), E)
-        return best

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import ROUNDING, Array, Flags, Index
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.statics import Statics
 
@@ -48,9 +48,6 @@ def unit_of_velocity(problem: LimitProblem) -> Array:
 
 _Matrix = TypeVar("_Matrix", sp.csr_array, sp.csc_array)
 
-#: Magnitude below which entries of the equilibrium matrix of bodies are rounding.
-_ROUNDING = 1e-10
-
 
 def joined(problem: LimitProblem, centroid: Array, body: Index) -> tuple[LimitProblem, sp.csr_array, Flags]:
     """Return the limit problem of rigid bodies.
@@ -87,10 +84,10 @@ def joined(problem: LimitProblem, centroid: Array, body: Index) -> tuple[LimitPr
     motion = sp.csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
     whole = replace(
         problem,
-        A=without_rounding(sp.csc_array(motion.T @ problem.A), _ROUNDING),
+        A=without_rounding(sp.csc_array(motion.T @ problem.A), ROUNDING),
         w_D=np.asarray(motion.T @ problem.w_D),
         w_L=np.asarray(motion.T @ problem.w_L),
-        ties=replace(problem.ties, columns=without_rounding(sp.csc_array(motion.T @ problem.ties.columns), _ROUNDING)),
+        ties=replace(problem.ties, columns=without_rounding(sp.csc_array(motion.T @ problem.ties.columns), ROUNDING)),
         wrench_unit=unit,
     )
     every = np.ones(len(unit), dtype=bool)

@@ -155,7 +155,7 @@ class Numerics(_Checked):
         Largest yield excess, in multiples of the dead wrench of the lighter block or of the normal force, whichever
         is larger.
     interpenetration_tolerance
-        Largest interpenetration, in multiples of the largest relative velocity.
+        Largest interpenetration, in multiples of the largest relative velocity. Slower motion counts as rest.
     gap_tolerance
         Largest flow-rule gap, relative to the load factor or to a thousandth of the work scale of the mechanism,
         whichever is larger. The work scale is the sum of weight times velocity over the blocks.

@@ -4,7 +4,6 @@ Steps are few and exact, each with many factorisations.
 """
 
 from dataclasses import replace
-from time import perf_counter
 
 import numpy as np
 
@@ -13,18 +12,12 @@ from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import ENOUGH, Path
-from blockstruct.solvers.interior_point import ContactProblem, ContactState
-from blockstruct.vocabulary import PathEnd
+from blockstruct.procedures.path import ENOUGH, TOLERANCE, Path
+from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, ContactState
 
-#: Relative tolerances of displacements and gap; a tenth applies to forces. They are for the state under dead load, and
-#: for a step. An interior point leaves forces on unloaded contacts, and these hold structures together. Measured on two
-#: adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
-OF_DEAD_LOAD, TOLERANCE = 1e-7, 1e-5
-#: Most factorisations of one step, and of all steps.
-MAX_OF_STEP, MAX_OF_PATH = 80, 600
-#: Attempts at a step: the first is unchanged, the second has lagging friction, each later one is a third as long.
-ATTEMPTS = 4
+#: Tolerance of the state under dead load. An interior point leaves forces on unloaded contacts, and these hold
+#: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
+OF_DEAD_LOAD = 1e-7
 #: Share of friction that does not lag.
 LAG = 0.5
 
@@ -34,7 +27,8 @@ class InteriorPointPath(Path):
 
     After a failed step with Coulomb's law, friction lags: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once forces
     no longer change. Half of the term that makes a step non-monotone is gone. Measured on 820 blocks whose steps fail
-    with Coulomb's law: 30 factorisations per step of any length.
+    with Coulomb's law: 30 factorisations per step of any length. A step that still fails is shortened, down to the
+    first step.
 
     Parameters
     ----------
@@ -44,57 +38,35 @@ class InteriorPointPath(Path):
 
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         super().__init__(program, settings, divided)
-        self._step, self._spent, self._lags = 0.0, 0, False
+        self._lags = False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
-        found = self.contact.solve(
-            self._rest(), self.contact.start(), centre=True, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP
-        )
+        found = self.contact.solve(self._rest(), self.contact.start(), centre=True, tolerance=OF_DEAD_LOAD)
         if not found.within(ENOUGH):
             return None
-        self._spent = found.iterations
-        self._state = replace(found.state, u=0 * found.state.u)
-        self._next = self._first * self._unit
-        return self._state, found.iterations
+        return replace(found.state, u=0 * found.state.u), found.iterations
 
-    def advance(self, bound: float) -> Iteration | None:
-        """Solve the next step, shortened until it is solved.
-
-        Return None if the path has ended.
-        """
-        start, iterations = perf_counter(), 0
-        if self._is_at_limit(bound):
-            self.end = PathEnd.LIMIT_REACHED
-            return None
-        for _ in range(ATTEMPTS):
-            self.is_exhausted = self._spent >= MAX_OF_PATH
-            if self.is_exhausted:
-                return None
-            s = self._next
-            # The state under dead load is too far from the first step to be a useful guess.
-            guess = self._state.scaled(s / self._step) if self._step else self._afresh(s, bound)
-            found = self._lagging().solve(
-                self._memory(self._state, s),
-                guess,
-                centre=bool(self._step),
-                tolerance=TOLERANCE,
-                max_iterations=MAX_OF_STEP,
-            )
-            self._spent += found.iterations
-            iterations += found.iterations
-            if found.within(ENOUGH):
-                self._state, self._step = found.state, s
-                self._total += s
-                self._next = s * self._growth
-                if not self._lags:
-                    self.peak = max(self.peak, found.state.alpha)
-                return self._step_done(found.state, s, iterations, perf_counter() - start)
+    def _solved(self, length: float, bound: float) -> tuple[ContactState, float, int] | None:
+        found = self._attempted(length, bound)
+        iterations = found.iterations
+        while not found.within(ENOUGH):
+            length = length / 3 if self._lags else length
             # Friction under dead load differs from friction under the push: from there, lagging would overshoot.
-            if self._lags or not self._step:
-                self._next = s / 3
-            else:
-                self._lags = True
-        return None
+            if not self._step or length < self._first:
+                return None
+            self._lags = True
+            found = self._attempted(length, bound)
+            iterations += found.iterations
+        if not self._lags:
+            self.peak = max(self.peak, found.state.alpha)
+        return found.state, length, iterations
+
+    def _attempted(self, length: float, bound: float) -> ContactSolution:
+        s = length * self._unit
+        # The state under dead load is too far from the first step to be a useful guess.
+        guess = self._state.scaled(length / self._step) if self._step else self._afresh(s, bound)
+        step = self._memory(self._state, s)
+        return self._lagging().solve(step, guess, centre=bool(self._step), tolerance=TOLERANCE)
 
     def refine(self) -> None:
         """Do nothing, because the steps are exact."""

@@ -13,9 +13,6 @@ from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus
 
-#: Tolerance by which an elongation may exceed its price, relative to the largest price.
-_PRICED = 1e-4
-
 
 @dataclass(frozen=True, slots=True)
 class LeastTies:
@@ -97,8 +94,9 @@ def _least_at(
     certificate = certify(tied, x, u / work if work > 0 else u, alpha, settings, T)
     dear = (ties.elongation(u) - price)[sought]
     left = float((strength[sought] * np.abs(dear)).sum()) / max(float((strength * price).sum()), 1e-12)
-    # NaN proves nothing.
-    least = bool(dear.max() <= _PRICED and left <= _PRICED)
+    # Prices are velocities. NaN proves nothing.
+    tolerance = settings.numerics.interpenetration_tolerance
+    least = bool(dear.max() <= tolerance and left <= tolerance)
     return LeastTies(T, certificate, least, status)
 
 

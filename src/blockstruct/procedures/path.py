@@ -19,6 +19,9 @@ from blockstruct.vocabulary import PathEnd, SolverStatus, Stage
 #: The load factor has settled within this relative range while the displacement grows tenfold. Measured on 90
 #: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
 SETTLED = 5e-3
+#: Residual of a step. Measured by splitting on 37 structures against an independent path: with 1e-4 the load factor of
+#: rubble is 3.5 % off, with 1e-5 0.1 %. The times of these cases agree to 3 %.
+TOLERANCE = 1e-5
 #: Largest residual of a state under dead load, and of a step by interior points. Measured by splitting on 43 structures
 #: of 20 kinds: at most 5e-4 on those that stand, and 0.02 and more on those for which no such state is found.
 ENOUGH = 1e-3
@@ -55,6 +58,8 @@ class Path(ABC):
         State of the last step, with displacements of unit work.
     """
 
+    _state: ContactState
+
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         self.program = program
         problem = self._problem = program.problem
@@ -64,7 +69,7 @@ class Path(ABC):
         self._settings, self._sliding = settings, true_sliding(problem)
         self._first, self._growth = settings.path_step / divided, settings.path_growth ** (1 / divided)
         self._load_factors: list[tuple[float, float]] = []
-        self._total, self._unit = 0.0, np.nan
+        self._step, self._total, self._unit = 0.0, 0.0, np.nan
         self.peak, self.end, self.is_exhausted = -np.inf, PathEnd.STEP_NOT_SOLVED, False
 
     @cached_property
@@ -79,18 +84,38 @@ class Path(ABC):
             return None
         if found is None:
             return None
-        state, iterations = found
-        return replace(self.iteration(state, iterations, perf_counter() - start), displacement=0.0)
+        self._state, iterations = found
+        return replace(self.iteration(self._state, iterations, perf_counter() - start), displacement=0.0)
 
     @abstractmethod
     def _at_rest(self) -> tuple[ContactState, int] | None:
         """Return the state under dead load, and the number of iterations."""
 
-    @abstractmethod
     def advance(self, bound: float) -> Iteration | None:
         """Solve the next step; return None if the path has ended.
 
         The load factor hardly passes ``bound``.
+        """
+        start = perf_counter()
+        if self._is_at_limit(bound):
+            self.end = PathEnd.LIMIT_REACHED
+            return None
+        found = self._solved(self._growth * self._step if self._step else self._first, bound)
+        if found is None:
+            return None
+        self._state, self._step, iterations = found
+        s = self._step * self._unit
+        self._total += s
+        self._load_factors.append((self._total, self._state.alpha))
+        self.reached = self._state.scaled(1 / s)
+        step = self.iteration(self.reached, iterations, perf_counter() - start)
+        return replace(step, displacement=self._displacement())
+
+    @abstractmethod
+    def _solved(self, length: float, bound: float) -> tuple[ContactState, float, int] | None:
+        """Solve the next step, of a length in elastic displacements or less.
+
+        Return its state, its length and the number of iterations, or None.
         """
 
     @abstractmethod
@@ -173,12 +198,6 @@ class Path(ABC):
         """
         unit = self._problem.displacement_unit
         return self._total * unit if np.isfinite(unit) else self._total / self._unit
-
-    def _step_done(self, state: ContactState, s: float, iterations: int, seconds: float) -> Iteration:
-        """Record a step of displacement s."""
-        self._load_factors.append((self._total, state.alpha))
-        self.reached = state.scaled(1 / s)
-        return replace(self.iteration(self.reached, iterations, seconds), displacement=self._displacement())
 
     def iteration(self, state: ContactState, iterations: int, seconds: float) -> Iteration:
         """Return the iteration of a state with displacements of unit work."""

@@ -19,9 +19,6 @@ from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.model import Interface
 
-#: Number of Newton steps, finite difference for derivatives, longest step, and fractions of a step that are tried.
-_STEPS, _APART, _LONGEST, _SHARES = 8, 1e-3, 0.3, (1.0, 0.3, 0.1)
-
 
 def torsion_levers(interfaces: Sequence[Interface]) -> Array:
     """Return :attr:`Interface.torsion_lever` of all interfaces (J,), m, computed together."""
@@ -32,8 +29,8 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
     """Return the shear and torque relative to the resisted ones, (J,).
 
     The resisted shear and torque have the same proportions as the forces. If the sum of the shear and torque shares
-    is at most one, or if there is no torque, the sum is returned. Otherwise Newton's method finds the least work of
-    friction over all motions in which the forces have unit power.
+    is at most one, or if there is no torque, the sum is returned. Otherwise it follows from the least work of friction
+    over all motions in which the forces have unit power.
 
     Parameters
     ----------
@@ -51,30 +48,23 @@ def multiple_of_uniform_friction(interfaces: Sequence[Interface], forces: Array)
     toward = forces[twisted] / size[twisted, None]
     # Two directions perpendicular to each force: a motion along them has no power.
     across = np.linalg.svd(toward[:, None])[2][:, 1:]
-    z = np.zeros((len(toward), 2))
+    # Steps of central differences that rounding and curvature leave most exact.
+    steps = np.cbrt(np.finfo(float).eps) * np.eye(2)
 
     def work(z: Array) -> Array:
         return areas.work(toward + np.einsum("ja,jac->jc", z, across))
 
-    least = work(z)
-    first, second = _APART * np.eye(2)
-    for _ in range(_STEPS):
-        a, b, c, d, both = (work(z + by) for by in (first, -first, second, -second, first + second))
-        slope = np.column_stack([a - b, c - d]) / (2 * _APART)
-        bend = np.empty((len(z), 2, 2))
-        bend[:, 0, 0], bend[:, 1, 1] = a - 2 * least + b, c - 2 * least + d
-        bend[:, 0, 1] = bend[:, 1, 0] = both - a - c + least
-        # The work is convex apart from rounding.
-        low, axes = np.linalg.eigh(bend / _APART**2)
-        own = np.einsum("jca,jc->ja", axes, slope) / np.maximum(low, _APART)
-        # The curvature vanishes for centres of rotation outside a narrow area: limit the step.
-        own /= np.maximum(np.linalg.norm(own, axis=1) / _LONGEST, 1.0)[:, None]
-        step, start = -np.einsum("jca,ja->jc", axes, own), z
-        for share in _SHARES:
-            there = start + share * step
-            now = work(there)
-            better = now < least
-            z, least = np.where(better[:, None], there, z), np.where(better, now, least)
+    def total(flat: Array) -> tuple[float, Array]:
+        z = flat.reshape(-1, 2)
+        slope = np.column_stack([(work(z + step) - work(z - step)) / (2 * step.sum()) for step in steps])
+        return float(work(z).sum()), slope.ravel()
+
+    # Loaded here: it is slow to import.
+    from scipy.optimize import minimize
+
+    # Each joint has its own motion, so the least sum of all works is the least work of each.
+    found = minimize(total, np.zeros(2 * len(toward)), jac=True, method="L-BFGS-B", options={"ftol": 0.0})
+    least = work(found.x.reshape(-1, 2))
     at_most[twisted] = size[twisted] / least
     return at_most
 

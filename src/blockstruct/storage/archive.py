@@ -27,7 +27,7 @@ from blockstruct.results.comparison import APART, relative_difference
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
 from blockstruct.storage.netcdf import member, plain, read_numbers
-from blockstruct.storage.run_folder import SUFFIX
+from blockstruct.storage.run_folder import SUFFIX, is_unfinished
 from blockstruct.units import SI_UNITS
 
 #: A row of the table, a case or a file that cannot be read, by column.
@@ -231,21 +231,21 @@ class Archive:
         """Return files, and unfinished runs and closed folders with their problem."""
         files, problems = [], {}
 
-        def locked(error: OSError, path: Path | None = None) -> None:
+        def locked(error: OSError) -> None:
             # A folder that vanishes meanwhile belonged to a run which has ended.
             if not isinstance(error, FileNotFoundError):
-                problems[path or Path(error.filename)] = f"a folder that cannot be looked into ({error.strerror})"
+                problems[Path(error.filename)] = f"a folder that cannot be looked into ({error.strerror})"
 
         for place, folders, names in os.walk(self.folder, onerror=locked):
             files += [Path(place, name) for name in names if name.endswith(SUFFIX)]
             for name in [name for name in folders if name.endswith(PARTIAL)]:
                 folders.remove(name)
-                path = Path(place, name)
+                path = Path(place, name.removesuffix(PARTIAL))
                 try:
-                    if (path / "plan").is_file():
-                        problems[path.with_suffix("")] = "a run that is under way, or was killed: recover or resume it"
-                except OSError as error:
-                    locked(error, path.with_suffix(""))
+                    if is_unfinished(path):
+                        problems[path] = "a run that is under way, or was killed: recover or resume it"
+                except StorageError as error:
+                    problems[path] = str(error)
         return sorted(files), problems
 
 

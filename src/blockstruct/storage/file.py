@@ -13,7 +13,6 @@ import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from io import SEEK_END, RawIOBase, UnsupportedOperation
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -46,9 +45,9 @@ PARTS = ("capacity", "response")
 ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
 _SEAL_LENGTH = len(_SEAL) + 64 + 1
-#: Bytes up to which a file is kept in memory: nothing can change it then, and no descriptor is needed.
+#: Bytes up to which a file is kept in memory: nothing can change it then, and no descriptor is needed. A larger one is
+#: read in parts of this size.
 _SMALL = 16 << 20
-_CHUNK = 1 << 22
 
 
 def folder_of(path: Path) -> Path:
@@ -121,17 +120,16 @@ class Snapshot:
                 msg = f"{path}: is {instead}"
                 raise StorageError(msg) from error
             raise
-        self._descriptor = self._stream.fileno()
-        self._close = weakref.finalize(self, self._stream.close)
-        self.stamp = Stamp.of(os.fstat(self._descriptor))
+        close = weakref.finalize(self, self._stream.close)
+        self.stamp = Stamp.of(os.fstat(self._stream.fileno()))
         self._image: bytes | None = None
         try:
             if self.stamp.size <= _SMALL:
-                self._image = self.bytes_at(0, self.stamp.size)
-                self._close()
+                self._image = self._stream.read()
+                close()
             self.sealed = self.stamp == verified or self._is_sealed()
         except OSError as error:
-            self._close()
+            close()
             raise unreadable(path, error, ANALYSIS) from error
 
     def file(self) -> h5py.File:
@@ -145,7 +143,7 @@ class Snapshot:
         if self._image is not None:
             return h5py.File(h5py.h5f.open_file_image(self._image))
         self.check_unchanged()
-        return h5py.File(_Window(self), "r")
+        return h5py.File(self._stream, "r")
 
     @property
     def seal(self) -> bytes:
@@ -154,7 +152,7 @@ class Snapshot:
 
     def check_unchanged(self) -> None:
         """Refuse a file that was written to since it was opened."""
-        if self._image is None and Stamp.of(os.fstat(self._descriptor)) != self.stamp:
+        if self._image is None and Stamp.of(os.fstat(self._stream.fileno())) != self.stamp:
             msg = f"{self.path}: was written to by another program while it was open; use the original"
             raise FormatError(msg)
 
@@ -162,55 +160,14 @@ class Snapshot:
         """Return bytes from a place on; fewer at the end of the file."""
         if self._image is not None:
             return self._image[start : start + count]
-        parts, left = [], count
-        while left and (part := _read(self._descriptor, start + count - left, min(left, _CHUNK))):
-            parts.append(part)
-            left -= len(part)
-        return b"".join(parts)
+        self._stream.seek(start)
+        return self._stream.read(count)
 
     def _is_sealed(self) -> bool:
         digest, end = hashlib.sha256(), self.stamp.size - _SEAL_LENGTH
-        for place in range(0, end, _CHUNK):
-            digest.update(self.bytes_at(place, min(_CHUNK, end - place)))
+        for place in range(0, end, _SMALL):
+            digest.update(self.bytes_at(place, min(_SMALL, end - place)))
         return end > 0 and self.seal == _SEAL + digest.hexdigest().encode() + b"\n"
-
-
-class _Window(RawIOBase):
-    """The bytes of a snapshot that is too large for memory, as a stream."""
-
-    def __init__(self, snapshot: Snapshot) -> None:
-        self._snapshot, self._place = snapshot, 0
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def tell(self) -> int:
-        return self._place
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        if whence == SEEK_END:
-            offset += self._snapshot.stamp.size
-        elif whence:
-            raise UnsupportedOperation
-        self._place = offset
-        return offset
-
-    def readinto(self, buffer: Any) -> int:
-        view = memoryview(buffer).cast("B")
-        part = self._snapshot.bytes_at(self._place, len(view))
-        view[: len(part)] = part
-        self._place += len(part)
-        return len(part)
-
-
-def _read(descriptor: int, start: int, count: int) -> bytes:
-    if hasattr(os, "pread"):
-        return os.pread(descriptor, count, start)
-    os.lseek(descriptor, start, os.SEEK_SET)
-    return os.read(descriptor, count)
 
 
 class AnalysisFile:

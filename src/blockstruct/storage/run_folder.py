@@ -1,8 +1,9 @@
 """Write a file: its name and lock, and the folder next to it that keeps the working data of a run.
 
 The folder ``NAME.partial`` holds ``lock``; ``plan``, an analysis file of every case as it was before the run, without
-the histories that are empty; ``target``, the stamps of files that the run may replace; and ``<k>.journal`` for the case
-with index k once it has begun. The plan is made last and removed first: without it the rest counts for nothing.
+the histories that are empty; ``target``, the stamps of the files that the run may replace and of the file that it has
+made; and ``<k>.journal`` for the case with index k once it has begun. The plan is made last and removed first: without
+it the rest counts for nothing. The run has ended once the file that it has made has its name.
 """
 
 import contextlib
@@ -14,7 +15,7 @@ import platform
 import re
 import stat
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -264,11 +265,17 @@ def is_unfinished(path: str | Path) -> bool:
     StorageError
         If the folder cannot be looked into.
     """
-    plan = folder_of(place_of(path)) / "plan"
+    place = place_of(path)
+    # The plan is removed before the target.
+    made = Target.read(folder_of(place)).made
+    return _has_plan(folder_of(place)) and (made is None or made != Stamp.at(place))
+
+
+def _has_plan(folder: Path) -> bool:
     try:
-        return plan.is_file()
+        return (folder / "plan").is_file()
     except OSError as error:
-        msg = f"{plan.parent}: cannot be looked into ({error.strerror}); ask its owner for the right to read it"
+        msg = f"{folder}: cannot be looked into ({error.strerror}); ask its owner for the right to read it"
         raise StorageError(msg) from error
 
 
@@ -278,7 +285,11 @@ def planned_analysis(path: str | Path) -> Analysis | None:
     Of a run that is under way or was killed it is the analysis as planned, without histories.
     """
     if is_unfinished(path):
-        return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
+        try:
+            return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
+        except StorageError:
+            if is_unfinished(path):
+                raise
     return open_analysis(path) if Path(path).exists() else None
 
 
@@ -345,7 +356,7 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     with WriterLock(place):
         _refuse_killed(place)
         clear(folder_of(place))
-        _write(sealed_image(analysis, place), place, _present(place))
+        _write(sealed_image(analysis, place), place, Target.at(place))
     return place
 
 
@@ -362,77 +373,99 @@ def save_image(image: bytes, path: str | Path) -> Path:
     place = claim(path)
     with WriterLock(place):
         clear(folder_of(place))
-        _write([image], place, _present(place))
+        _write([image], place, Target.at(place))
     return place
 
 
-def _present(place: Path) -> tuple[Stamp, ...]:
-    stamp = Stamp.at(place)
-    return () if stamp is None else (stamp,)
+class Target(NamedTuple):
+    """Stamps of the files that a run may replace, and of the file that it has made."""
+
+    replaces: tuple[Stamp, ...] = ()
+    made: Stamp | None = None
+
+    @classmethod
+    def at(cls, place: Path) -> Self:
+        """Return the target of a new file at a path: it replaces the file that is there."""
+        present = Stamp.at(place)
+        return cls(() if present is None else (present,))
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """Return the target of the run of a folder; empty if it cannot be read."""
+        try:
+            stored = json.loads(read_file(folder / "target", "a record of the files a run replaces", MOST_READ))
+            replaces = tuple(Stamp(*map(int, stamp)) for stamp in stored["replaces"])
+            return cls(replaces, replaces[-1] if stored.get("is_made") else None)
+        except (*DAMAGE, OSError):
+            return cls()
+
+    def with_made(self, made: Stamp) -> Self:
+        """Return the target of a run that has made its file."""
+        return self._replace(replaces=(*self.replaces, made), made=made)
+
+    def write(self, folder: Path) -> None:
+        """Keep the target in the folder of its run."""
+        _put(folder / "target", json.dumps({"replaces": self.replaces, "is_made": self.made is not None}).encode())
+
+    def check(self, place: Path, present: Stamp | None) -> None:
+        """Refuse to replace a file that was not there when the run began."""
+        if present is not None and present not in self.replaces:
+            msg = f"{place}: another file has appeared at this name, and is not replaced; move it away, then try again"
+            raise StorageError(msg)
 
 
-def _write(
-    parts: Iterable[bytes | memoryview],
-    place: Path,
-    replaced: Sequence[Stamp],
-    announce: Callable[[Stamp], None] = lambda _: None,
-) -> None:
-    """Write a file to a claimed and locked place, and replace nothing but files of the given stamps.
-
-    A function gets the stamp of the file before it takes its name.
-    """
-    draft = folder_of(place) / "draft"
-    _write_draft(parts, draft)
+@contextlib.contextmanager
+def _draft(parts: Iterable[bytes | memoryview], draft: Path, path: Path) -> Iterator[None]:
+    """Write bytes to a draft of a file, wait until they are on the disk, and remove it unless it gets another name."""
     try:
-        with writing(place, "choose another folder"):
-            announce(Stamp.of(draft.stat()))
-            _put_in_place(draft, place, replaced)
+        try:
+            # Whatever stands there, a pipe too, is the rest of a killed run.
+            draft.unlink(missing_ok=True)
+            with draft.open("xb") as stream:
+                stream.writelines(parts)
+                stream.flush()
+                os.fsync(stream.fileno())
+        except OSError as error:
+            moved = isinstance(error, FileNotFoundError | NotADirectoryError)
+            remedy = "its folder was moved or removed, move it back" if moved else "free some space"
+            msg = f"{draft}: cannot be written ({error.strerror or error}); {remedy} or choose another folder"
+            raise StorageError(msg) from error
+        with writing(path, "choose another folder"):
+            yield
+            sync(path.parent)
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
 
 
-def _write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
-    """Write bytes to a file that does not have its name yet, and wait until they are on the disk."""
-    try:
-        # Whatever stands there, a pipe too, is the rest of a killed run.
-        draft.unlink(missing_ok=True)
-        with draft.open("xb") as stream:
-            stream.writelines(parts)
-            stream.flush()
-            os.fsync(stream.fileno())
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            draft.unlink()
-        moved = isinstance(error, FileNotFoundError | NotADirectoryError)
-        remedy = "its folder was moved or removed, move it back" if moved else "free some space"
-        msg = f"{draft}: cannot be written ({error.strerror or error}); {remedy} or choose another folder"
-        raise StorageError(msg) from error
+def _put(path: Path, *parts: bytes | memoryview) -> None:
+    """Write a file of the working data by a rename, and wait until its name is on the disk."""
+    draft = path.with_name(f"{path.name}.draft")
+    with _draft(parts, draft, path):
+        draft.replace(path)
 
 
-def _put_in_place(draft: Path, place: Path, replaced: Sequence[Stamp]) -> None:
-    """Give a draft its name, unless a file stands there that it does not replace."""
-    while (present := Stamp.at(place)) is None:
-        try:
-            # Unlike a rename, this fails if a file appears between the line above and this one.
-            os.link(draft, place)
-        except FileExistsError:
-            continue
-        except OSError:  # A file system without hard links.
-            break
-        draft.unlink()
-        sync(place.parent)
-        return
-    _refuse_other(place, present, replaced)
-    draft.replace(place)
-    sync(place.parent)
+def _write(parts: Iterable[bytes | memoryview], place: Path, target: Target, *, note: bool = False) -> None:
+    """Write a file to a claimed and locked place, and replace nothing but the files of a target.
 
-
-def _refuse_other(place: Path, present: Stamp | None, replaced: Sequence[Stamp]) -> None:
-    """Refuse to replace a file that was not there when the run began."""
-    if present is not None and present not in replaced:
-        msg = f"{place}: another file has appeared at this name, and is not replaced; move it away, then try again"
-        raise StorageError(msg)
+    If wanted, a note of the file is made before it takes its name: a kill may come just after.
+    """
+    folder = folder_of(place)
+    draft = folder / "draft"
+    with _draft(parts, draft, place):
+        if note:
+            target.with_made(Stamp.of(draft.stat())).write(folder)
+        while (present := Stamp.at(place)) is None:
+            try:
+                # Unlike a rename, this fails if a file appears between the line above and this one.
+                os.link(draft, place)
+            except FileExistsError:
+                continue
+            except OSError:  # A file system without hard links.
+                break
+            return
+        target.check(place, present)
+        draft.replace(place)
 
 
 def sync(folder: Path) -> None:
@@ -593,11 +626,11 @@ class Checkpoint:
         lock: WriterLock,
         planned: Analysis,
         seal: str,
-        replaced: Sequence[Stamp],
+        target: Target,
         part: ModelImage | None = None,
     ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced, self._part = lock, tuple(replaced), part
+        self._lock, self._target, self._part = lock, target, part
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
         self._steps = dict.fromkeys(planned, 0)
@@ -618,8 +651,9 @@ class Checkpoint:
             _refuse_killed(place)
             folder = folder_of(place)
             clear(folder)
-            if replaced := _present(place):
-                _put(folder / "target", _target(replaced))
+            target = Target.at(place)
+            if target.replaces:
+                target.write(folder)
             part = ModelImage.of(planned, folder / "plan")
             image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
             _put(folder / "plan", image, seal)
@@ -629,7 +663,7 @@ class Checkpoint:
                     clear(folder_of(place))
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced, part)
+        return cls(place, lock, planned, seal.decode(), target, part)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -652,7 +686,7 @@ class Checkpoint:
         """
         place = place_of(path)
         folder = folder_of(place)
-        if not is_unfinished(place):
+        if not _has_plan(folder):
             reason = (
                 "its run begins or has ended before it kept anything; wait, or run it again"
                 if folder.is_dir()
@@ -663,11 +697,11 @@ class Checkpoint:
             raise StorageError(msg)
         lock = WriterLock(place)
         try:
-            replaced = _aimed(folder / "target")
+            target = Target.read(folder)
             # Before anything is solved: a copied run finds a copy of the file that it was to replace.
-            _refuse_other(place, Stamp.at(place), replaced)
+            target.check(place, Stamp.at(place))
             plan = AnalysisFile(folder / "plan")
-            return cls(place, lock, read_analysis(plan, blank), plan.seal, replaced)
+            return cls(place, lock, read_analysis(plan, blank), plan.seal, target)
         except BaseException:
             lock.release()
             raise
@@ -717,7 +751,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        _write(sealed_image(analysis, self.place, self._part), self.place, self._replaced, self._announce)
+        _write(sealed_image(analysis, self.place, self._part), self.place, self._target, note=True)
         clear(self.folder)
 
     def __enter__(self) -> Self:
@@ -725,11 +759,6 @@ class Checkpoint:
 
     def __exit__(self, *_: object) -> None:
         self._lock.release()
-
-    def _announce(self, draft: Stamp) -> None:
-        """Note that the finished file is the run's own, before it takes the name: a kill may come just after."""
-        self._replaced = (*self._replaced, draft)
-        _put(self.folder / "target", _target(self._replaced))
 
     def _append(self, case: str, kind: str, content: bytes) -> None:
         journal = self._journals[case]
@@ -853,25 +882,3 @@ def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Datase
     }
     coords = {name: joined.pop(name) for name in [name for name in joined if name in blank.coords]}
     return blank.drop_dims("iteration").assign(joined).assign_coords(coords)
-
-
-def _put(path: Path, *parts: bytes | memoryview) -> None:
-    """Write a file of the working data by a rename, and wait until its name is on the disk."""
-    draft = path.with_name(f"{path.name}.draft")
-    _write_draft(parts, draft)
-    with writing(path, "choose another folder"):
-        draft.replace(path)
-        sync(path.parent)
-
-
-def _target(replaced: Sequence[Stamp]) -> bytes:
-    return json.dumps({"replaces": replaced}).encode()
-
-
-def _aimed(path: Path) -> list[Stamp]:
-    """Return the stamps of files that a run may replace; none if they cannot be read."""
-    try:
-        target = json.loads(read_file(path, "a record of the files a run replaces", MOST_READ))
-        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]]
-    except (*DAMAGE, OSError):
-        return []

@@ -14,7 +14,7 @@ import numpy as np
 from blockstruct.arrays import Array
 
 #: Smallest divisor, for a determinant that rounding has made zero.
-TINY = 1e-280
+TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, slots=True)

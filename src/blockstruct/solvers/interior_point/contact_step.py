@@ -6,12 +6,13 @@ The method is a primal–dual interior-point loop.
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.limit import ConicProgram
 from blockstruct.limit.friction import Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions, Weights
@@ -162,12 +163,11 @@ class Newton:
         ahead = self._scaling.divided(self._scaling.point.solve(target))
         b = conditions.flow(ahead - self._weights.times(residuals.forces)) - residuals.flow
         x, u, alpha = self._forces(b, residuals.equilibrium, residuals.work)
-        for refinement in range(REFINEMENTS + 1):
+        for is_refined in (False, True):
             y = conditions.of_forces(x) + residuals.forces
             z = ahead - self._weights.times(y)
             missed = conditions.flow(z) - residuals.flow - problem.compliance * x - problem.AT @ u
-            is_precise = not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max()
-            if is_precise or refinement == REFINEMENTS:
+            if is_refined or not np.abs(missed).max() > PRECISION * np.abs(residuals.flow).max():
                 break
             equilibrium = residuals.equilibrium + problem.A @ x + alpha * self._w_L
             more = self._forces(missed, equilibrium, residuals.work + float(self._w_L @ u))
@@ -225,8 +225,8 @@ class Newton:
 
 #: Share of the way to the boundary at a turn of the central path; largest growth of the gap on the way back.
 TURNING_STEP, LARGEST_TURN = 0.5, 1.5
-#: Number of iterations in which the largest residual must halve; shortest step.
-PATIENCE, SHORTEST = 20, 1e-7
+#: Number of iterations in which the largest residual must halve.
+PATIENCE = 20
 #: Complementarity gap of a first state, in multiples of the work of its step. Measured: with ten times the work, a
 #: first step takes half as many factorisations as from the state under dead load (820 blocks: 20 instead of 51).
 WIDE = 10.0
@@ -358,9 +358,7 @@ class ContactProblem:
         elastic = sp.linalg.splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
         return float(self.problem.w_L @ elastic.solve(self.problem.w_L))
 
-    def solve(
-        self, step: Step, guess: ContactState, *, centre: bool, tolerance: float, max_iterations: int
-    ) -> ContactSolution:
+    def solve(self, step: Step, guess: ContactState, *, centre: bool, tolerance: float) -> ContactSolution:
         """Solve a step.
 
         Parameters
@@ -374,18 +372,16 @@ class ContactProblem:
             multipliers then need not be inside the cones.
         tolerance
             Tolerance of displacements and gap, and ten times the tolerance of forces.
-        max_iterations
-            Most factorisations.
         """
         # A diverging state ends in infinities or NaN, and the loop detects them.
         with np.errstate(all="ignore"):
             start = self._centred(step, guess) if centre else guess
-            return self._solved(step, start, tolerance, max_iterations)
+            return self._solved(step, start, tolerance)
 
-    def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
+    def _solved(self, step: Step, state: ContactState, tolerance: float) -> ContactSolution:
         ahead: ContactState | None = None
         turned_at, largest = np.inf, list[float]()
-        for k in range(max_iterations + 1):
+        for k in count():
             residuals = self._residuals(step, state)
             now = self._measured(step, state, residuals, k)
             largest.append(max(now.unbalanced, now.incompatible, now.gap))
@@ -393,7 +389,7 @@ class ContactProblem:
                 break
             found = now
             stalled = k >= PATIENCE and not largest[-1] < 0.5 * largest[-1 - PATIENCE]
-            if found.within(tolerance) or stalled or k == max_iterations:
+            if found.within(tolerance) or stalled:
                 break
             try:
                 newton = Newton(self, step, state, residuals)
@@ -414,7 +410,7 @@ class ContactProblem:
                 d, t = newton.corrected(tangent, balanced=balanced)
                 state = state.moved(d, t)
             ahead = tangent
-            if not t > SHORTEST:
+            if not t > ROUNDING:
                 break
         return found
 
