@@ -10,7 +10,8 @@ import argparse
 import hashlib
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter, process_time
@@ -98,10 +99,12 @@ def recording(folder: Path, columns: int, rows: int, programs: int) -> None:
 
     begin = Checkpoint.begin.__func__  # type: ignore[attr-defined]
 
-    def begun(cls: type, *words: Any) -> Any:
-        seconds, value = timed(lambda: begin(cls, *words))
-        spent["plan"] += seconds
-        return value
+    @contextmanager
+    def begun(cls: type, *words: Any) -> Iterator[Any]:
+        with ExitStack() as stack:
+            seconds, value = timed(lambda: stack.enter_context(begin(cls, *words)))
+            spent["plan"] += seconds
+            yield value
 
     Checkpoint.begin = classmethod(begun)  # type: ignore[assignment,method-assign]
     clocked(Recorder, "__call__", "iterations")

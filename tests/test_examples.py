@@ -139,11 +139,6 @@ def test_friction_strength_study(tmp_path):
     assert len(bs.Archive(tmp_path).table()) == 12
 
 
-def test_examples_are_short():
-    for path in EXAMPLES.glob("*.py"):
-        assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
-
-
 @pytest.mark.slow
 def test_sinking_abutment(tmp_path):
     assert load("sinking_abutment").main(tmp_path) == pytest.approx(1.876, rel=5e-3)

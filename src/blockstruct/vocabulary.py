@@ -1,6 +1,6 @@
 """Names of statuses, dimensions and variables for code, files and users."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from unicodedata import category
 
@@ -55,10 +55,21 @@ def coordinate(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}" if abs(value) < 10 else f"{round(value, digits - 1):.15g}"
 
 
-def listed(names: Sequence[str], most: int = 10) -> str:
-    """Return the first names, and the number of the others."""
+#: Items that a sentence lists, and that a list has, before it counts the others.
+FEW, LISTED = 3, 10
+
+
+def listed(names: Sequence[str], most: int = LISTED, noun: str = "") -> str:
+    """Return the first names, and the number of the others, which may have a noun."""
     rest = len(names) - most
-    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
+    others = counted(rest, f"more {noun}") if noun else f"{rest} more"
+    return ", ".join(names[:most]) + (f" and {others}" if rest > 0 else "")
+
+
+def shortened(lines: Sequence[str], others: Callable[[int], str] = "and {} more".format) -> list[str]:
+    """Return the first lines of a list, and a line on the number of the others."""
+    rest = len(lines) - LISTED
+    return [*lines[:LISTED], *([others(rest)] if rest > 0 else [])]
 
 
 class Flow(StrEnum):

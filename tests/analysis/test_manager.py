@@ -1,9 +1,7 @@
 """The analysis manager: cases, listeners, interruption."""
 
 import io
-import multiprocessing
 import sys
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -130,28 +128,6 @@ def test_nothing_is_shown_where_it_is_not_wanted(small_model, small_cases, monke
     terminal = on_terminal(monkeypatch)
     bs.run(small_model, small_cases[:1], **given)
     assert terminal.getvalue() == ""
-
-
-def test_progress_that_is_asked_for_comes_beside_listeners_and_without_a_terminal(small_model, small_cases, capsys):
-    events = []
-    bs.run(small_model, small_cases[:1], listeners=[events.append], progress=True)
-    assert events
-    assert "push associative: 8 blocks" in capsys.readouterr().err
-
-
-def test_workers_are_silent(small_model, small_cases, monkeypatch):
-    terminal = on_terminal(monkeypatch)
-    with ThreadPoolExecutor(1) as pool:
-        pool.submit(bs.run, small_model, small_cases[:1]).result()
-    monkeypatch.setattr("blockstruct.notebook.parent_process", multiprocessing.current_process)
-    bs.run(small_model, small_cases[:1])
-    assert terminal.getvalue() == ""
-
-
-@pytest.mark.parametrize("stream", [None, object()])
-def test_a_stream_that_is_none_is_not_a_terminal(small_model, small_cases, monkeypatch, stream):
-    monkeypatch.setattr(sys, "stdout", stream)
-    assert bs.run(small_model, small_cases[:1]).status == "finished"
 
 
 def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, monkeypatch):

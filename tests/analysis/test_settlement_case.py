@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -38,15 +37,9 @@ def stored(model, tmp_path_factory):
         ({"supports": ["aside"]}, bs.errors.ModelError, "aside nothing is held"),
         ({"supports": []}, bs.errors.ModelError, "no support"),
         ({"supports": ["left", "left"]}, bs.errors.ModelError, "repeat"),
-        ({"supports": [3]}, bs.errors.ModelError, "3"),
         ({"direction": (0, 0, -2)}, bs.errors.ModelError, "length 2"),
-        ({"direction": (0, 0, 0)}, bs.errors.ModelError, "zero '+x'"),
-        ({"direction": (0, np.nan, 0)}, bs.errors.DimensionError, "direction"),
-        ({"direction": "down"}, bs.errors.BlockstructError, "down"),
         ({"direction": Q_([0, 0, -1], "m")}, bs.errors.DimensionError, "direction"),
         ({"about": (0, 0, 0)}, bs.errors.UnitError, "about"),
-        ({"flow": "plastic"}, bs.errors.ModelError, "plastic associative"),
-        ({"dead": None}, bs.errors.ModelError, "dead LoadPattern"),
         ({"dead": bs.LoadPattern("nothing", [])}, bs.errors.ModelError, "'nothing' zero"),
     ],
 )
@@ -86,10 +79,6 @@ def test_an_anchor_across_the_tie_is_refused(model):
 def test_a_spread_of_no_schedules_is_refused(model, spread):
     with pytest.raises(bs.errors.ModelError, match=r"spread: .* give a list"):
         bs.run(model, CASES[0], spread=spread)
-
-
-def test_one_support_may_be_given_by_its_name():
-    assert bs.SettlementCase("case", SELF_WEIGHT, "left", "-z").supports == ("left",)
 
 
 def test_files_keep_settlements(stored):
@@ -134,15 +123,6 @@ def test_comparisons_compare_reactions(stored, model, tmp_path):
     assert tables["relative_difference"].item() == pytest.approx(0.1, rel=1e-5)
 
 
-def test_differences_of_reactions_have_their_units(stored, done):
-    analysis, folder = stored
-    assert bs.results.compare(analysis, analysis).cases["unit"].to_list() == ["N", "N·m", ""]
-    tables = bs.Archive(folder).difference(bs.Archive(folder))
-    assert tables.droplevel("path")["unit_other"].to_dict() == {"left goes down": "N", "left turns": "N·m", "push": ""}
-    out = done("diff", folder, folder)
-    assert "N·m" in out
-
-
 def test_documents_keep_settlements(model, tmp_path):
     bs.write_document(tmp_path / "beam.yaml", model, CASES)
     assert bs.read_document(tmp_path / "beam.yaml").cases == CASES
@@ -155,9 +135,7 @@ def test_documents_keep_settlements(model, tmp_path):
     [
         ({"kind": "settlment"}, "/cases/0/kind settlement"),
         ({"variable": "push"}, "/cases/0 variable"),
-        ({"supports": []}, "/cases/0/supports"),
         ({"about": [0, 0, 0]}, "/cases/0/about"),
-        ({"direction": None}, "/cases/0/direction"),
         ({"suports": ["left"]}, "suports did you mean supports"),
     ],
 )

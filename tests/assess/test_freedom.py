@@ -105,14 +105,6 @@ def test_drums_that_may_slide_each_take_part_with_all_of_their_mass():
     assert (check.alpha0, check.e_star) == pytest.approx((0.15, 1.0), rel=1e-5)
 
 
-def test_a_joint_that_opens_by_a_hair_earlier_is_the_mechanism():
-    """A millimetre more at the upper joint: the lower one alone opens, and the tower is one body."""
-    result = solve(tower((0, 0.6), (0, 0.302)), push(0, -1, 0), "nonassociative")
-    check = bs.assess.local_mechanism(result, spectrum=SITE)
-    assert check.participation.e_star == pytest.approx(1.0)
-    assert check.notes == ()
-
-
 def test_a_pushover_of_an_ambiguous_mechanism_has_no_curve():
     """Its control point depends on the motion found."""
     case = bs.Pushover("p", SELF_WEIGHT, push(0, -1, 0), control=("course 1", (0, -1, 0)), steps=5)

@@ -11,7 +11,7 @@ import facades
 from blockstruct import Q_
 from blockstruct.assess.rotation import Pull
 from blockstruct.text import assessment
-from facades import DEPTH, DRY, EDGE, GROUND, HEIGHT, LENGTH, box, by_hand, case, checked, codes, facade, run, tied
+from facades import DEPTH, DRY, EDGE, HEIGHT, LENGTH, box, by_hand, case, checked, codes, facade, run, tied
 from structures import SELF_WEIGHT, model_of, push
 
 
@@ -142,18 +142,6 @@ def test_a_tie_between_the_edge_and_the_hinge_by_hand():
     assert result.load_factor == pytest.approx(0.0892, rel=1e-5)
 
 
-def test_blocks_that_stand_on_named_ones_have_a_line(small):
-    names = [b.name for b in small.model.blocks if not b.fixed]
-    lower = [n for n in names if small.model.block(n).centroid[2] < HEIGHT / 2]
-    text = str(bs.assess.overturning(small.model, small.case, lower, EDGE))
-    above = min(set(names) - set(lower), key=lambda n: small.model.block(n).centroid[2])
-    assert "standing on them, not counted" in text
-    assert above in text
-    whole = str(bs.assess.overturning(small.model, small.case, names, EDGE))
-    assert "standing" not in whole
-    assert whole.startswith(f"overturning of {len(names)} blocks about")
-
-
 def edge_at(height, y=0.0):
     return Q_([[0, y, height], [LENGTH, y, height]], "m")
 
@@ -208,18 +196,6 @@ def test_an_edge_over_an_opening_crushes_over_its_piers_alone():
     assert run(model).load_factor == pytest.approx(of(2.5).alpha0, rel=1e-6)
 
 
-def test_blocks_that_turn_are_no_joint_for_each_other(small):
-    """The joint above the second course, 1 m up, is within the group: it belongs to the blocks above alone."""
-    names = [b.name for b in small.model.blocks if not b.fixed]
-    upper = [n for n in names if small.model.block(n).centroid[2] > 1]
-    whole, part = (bs.assess.overturning(small.model, small.case, of, edge_at(1.0)) for of in (names, upper))
-    assert codes(whole) == ["edge_is_high"]
-    assert f" and {len(names) - len(upper) - 1} more, " in whole.notes[0].text
-    assert part.notes == ()
-    slanted = Q_([[0, 0, 1], [LENGTH, 0.3, 1]], "m")
-    assert bs.assess.overturning(small.model, small.case, upper, slanted).notes == ()
-
-
 @pytest.mark.parametrize(("joint", "has_note"), [("stop", False), ("end", True), ("back", True)])
 def test_a_stop_that_the_wall_leans_on_is_a_joint(joint, has_note):
     """Ground filled up to 1 m in front holds an edge there; walls at its end and its back do not."""
@@ -227,15 +203,6 @@ def test_a_stop_that_the_wall_leans_on_is_a_joint(joint, has_note):
     model = model_of([*facade().blocks, box(joint, *places[joint], fixed=True)], DRY)
     assert bool(bs.assess.overturning(model, case(), ["façade"], edge_at(1.0)).notes) == has_note
     assert bs.assess.overturning(model, case(), ["façade"], EDGE).notes == ()
-
-
-def test_the_ends_of_an_edge_have_no_order(result):
-    one, other = (by_hand(result, edge) for edge in (EDGE, EDGE[::-1]))
-    assert (one.alpha0, one.d0) == pytest.approx((0.1, 0.3), rel=1e-9)
-    assert str(one).startswith("overturning of 1 block about an edge")
-    assert (other.alpha0, other.d0) == pytest.approx((one.alpha0, one.d0), rel=1e-12)
-    for angle in (0.02, 0.05):
-        assert other.rotation.load_factor(angle) == pytest.approx(np.tan(np.arctan(0.1) - angle), rel=1e-9)
 
 
 def test_a_mechanism_by_hand_below_the_one_found_has_a_note(result):
@@ -260,18 +227,3 @@ def test_a_mechanism_by_hand_of_other_weights_or_loads_is_refused(result):
     for hand in others:
         with pytest.raises(bs.errors.ModelError, match="beside has other blocks or loads than case 'out of plane'"):
             checked(result, beside=hand)
-
-
-def test_a_mechanism_by_hand_higher_up_has_a_note():
-    """The upper storey, 2 m on 4 m, begins at α0 = 0.3, three times the α0 of both, with the demand of its height."""
-    storeys = box("lower", [0, 0, 0], [5, 0.6, 4]), box("upper", [0, 0, 4], [5, 0.6, 2])
-    result = run(model_of([GROUND, *storeys], DRY, "storeys"))
-    by_hand = bs.assess.overturning(result.model, result.case, ["upper"], EDGE + Q_([0, 0, 4], "m"))
-    assert by_hand.alpha0 == pytest.approx(0.3)
-    check = checked(result, beside=by_hand)
-    assert "compared with the one found             0.3 / 0.1 = 3" in str(check)
-    assert check.notes == (assessment.hand_is_higher(4.0),)
-    level = bs.assess.overturning(result.model, result.case, ["lower", "upper"], EDGE)
-    plain = checked(result, beside=level)
-    assert plain.notes == ()
-    assert bs.assess.lines.HIGHER in str(plain)

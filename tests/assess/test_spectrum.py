@@ -76,6 +76,8 @@ def test_given_coefficients_replace_the_tables():
     site = bs.assess.ntc_spectrum(**SITE, SS=1.33, CC=1.5, ST=1.1)
     assert pytest.approx((1.33 * 1.1, 0.45)) == (site.S, site.TC)
     assert sum("(given)" in line.formula for line in site.lines()) == 3
+    rock = bs.assess.ntc_spectrum(**SITE | {"soil": "A"})
+    assert "S_S = 1.00" in [line.formula for line in rock.lines()]
 
 
 def test_a_table_of_the_same_ordinates_is_the_same_spectrum():

@@ -1,7 +1,7 @@
 """Documents and drawings made to exhaust, to confuse or to break: each is read, or refused with one error of ours."""
 
 import json
-import random
+import os
 
 import pytest
 
@@ -37,51 +37,27 @@ def changed(old, new):
 YAML = {
     "aliases upon aliases": LAUGHS,
     "aliases upon aliases in the settings": changed("{ crushing_cells: 30 }", "\n  " + LAUGHS.replace("\n", "\n  ")),
-    "a long text aliased": f"a: &a {'k' * 200_000}\nb: [{', '.join(['*a'] * 5_000)}]",
     "1,000 levels by aliases": "a0: &a0 [k]\n" + "".join(f"a{k}: &a{k} [*a{k - 1}]\n" for k in range(1, 1_000)),
     "an alias of itself": "a: &a [*a]",
-    "an alias of what it is part of": changed("{ crushing_cells: 30 }", "&a { schedule: { slope: *a } }"),
-    "an unknown alias": "a: *b",
-    "merged keys": changed("{ crushing_cells: 30 }", "{ <<: { path_step: 1 } }"),
     "100,000 lists": "[" * 100_000,
-    "100,000 mappings": "{a: " * 100_000,
-    "10,000 lists that end": "[" * 10_000 + "]" * 10_000,
-    "20,000 dashes": "- " * 20_000 + "1",
     "5,000 levels of indentation": "".join(f"{' ' * k}a:\n" for k in range(5_000)),
-    "20,000 keys of keys": "? " * 20_000 + "1",
     "20,000 equal keys": "a: 1\n" * 20_000,
     "2,000 materials": changed(
         "{ stone: { unit", "{ " + "".join(f"m{k}: {{ density: 2 t/m^3 }}, " for k in range(2_000)) + "stone: { unit"
     ),
     "20,000 violations": "blocks:\n" + "- { name: 1 }\n" * 20_000,
     "a list as a key": "? [1, 2]\n: 3",
-    "a number as a key": changed("materials: { stone:", "materials: { 1: { density: 2 t/m^3 }, stone:"),
     "a key of 100,000 letters": changed("{ crushing_cells: 30 }", f"{{ {'k' * 100_000}: 1 }}"),
     "an object of Python": "!!python/object/apply:os.system ['true']",
-    "a tag of numbers": changed("0.6", "!!float 0.6"),
-    "bytes": changed("name: two blocks", "name: !!binary aGk="),
-    "octal": changed("[1, 0, 0]", "[040, 0, 0]"),
-    "octal as in YAML 1.2": changed("crushing_cells: 30", "crushing_cells: 0o36"),
-    "base sixty": changed("[1, 0, 0]", "[1:30, 0, 0]"),
-    "underscores": changed("crushing_cells: 30", "crushing_cells: 3_0"),
-    "binary": changed("crushing_cells: 30", "crushing_cells: 0b11110"),
-    "yes": changed("fixed: true", "fixed: yes"),
     "5,000 digits": changed("[1, 0, 0]", f"[{'1' * 5_000}, 0, 0]"),
-    "400 digits": changed("[1, 0, 0]", f"[{'1' * 400}, 0, 0]"),
     "nan": changed("[1, 0, 0]", "[.nan, 0, 0]"),
-    "infinite friction": changed("0.6", ".inf"),
     "1e999": changed("0.6", "1e999"),
-    "a number as a name": changed("name: block,", "name: 1e5,"),
     "a date as a name": changed("name: block,", "name: 2026-01-31,"),
     "a unit of 100,000 letters": changed("20 kN/m^3", f"20 {'k' * 100_000}"),
-    "a unit of 300 letters": changed("20 kN/m^3", f"20 {'kilo' * 75}"),
     "a power tower": changed("20 kN/m^3", "20 m**9**9**9"),
-    "a product of 5,000 units": changed("20 kN/m^3", f"20 {'m*' * 5_000}m"),
     "an expression": changed("20 kN/m^3", "__import__('os').system('true') m"),
-    "a number of 100,000 digits": changed("20 kN/m^3", f"{'2' * 100_000} kN/m^3"),
     "absurdly heavy": changed("20 kN/m^3", "1e300 kN/m^3"),
     "absurdly large": changed("size: [1 m, 1 m, 1 m] } }\nint", "size: [1e29 m, 1e29 m, 1e29 m] } }\nint"),
-    "absurdly small": changed("size: [1 m, 1 m, 1 m] } }\nint", "size: [1e-200 m, 1e-200 m, 1e-200 m] } }\nint"),
     "a name of 100,000 letters": changed("name: block,", f"name: {'k' * 100_000},"),
     "a name of control characters": changed("name: block,", 'name: "a\\0\\e[2J",'),
     "a surrogate": changed("name: block,", 'name: "\\ud800",'),
@@ -96,24 +72,18 @@ YAML = {
         "  - { rows: [[1e-300, 1e9]], unit_length: 1 m, unit_height: 1 m, thickness: 1 m, material: stone }\n"
         "interfaces:",
     ),
-    "settings within settings": changed("{ crushing_cells: 30 }", "{ schedule: { slope: { slope: 1 } } }"),
-    "a document after the document": BASIC + "---\n" + BASIC,
-    "nothing": "",
-    "a comment": "# nothing",
     "NUL": "a: \0",
-    "tabs": "a:\n\t- b",
-    "an open quote": "a: '" + "k" * 100_000,
+    "nothing": "",
+    "a document after the document": BASIC + "---\n" + BASIC,
+    "an unknown alias": "a: *b",
+    "merged keys": changed("{ crushing_cells: 30 }", "{ <<: { path_step: 1 } }"),
 }
 JSON = {
     "100,000 lists": "[" * 100_000,
-    "900 lists that end": "[" * 900 + "]" * 900,
     "deep settings": json.dumps({"settings": {}}).replace("{}", '{"a":' * 900 + "1" + "}" * 900),
     "5,000 digits": '{"blockstruct": ' + "1" * 5_000 + "}",
     "NaN": '{"blockstruct": NaN}',
-    "equal keys": '{"a": 1, "a": 2}',
-    "1e999": '{"blockstruct": 1e999}',
     "a surrogate": '{"name": "\\ud800"}',
-    "a list": "[1, 2]",
     "null": "null",
 }
 
@@ -149,7 +119,6 @@ DRAWINGS = {
         inserts=[("b14", 1, 1)],
     ),
     "30,000 times 30,000": lambda: dxf(*STONES, inserts=[("stone", 30_000, 30_000)]),
-    "30,000 times 30,000 of nothing": lambda: dxf(("stone", []), inserts=[("stone", 30_000, 30_000)]),
     "30,000 times 30,000 of themselves": lambda: dxf(
         *STONES, ("b", [("stone", 30_000, 30_000)]), inserts=[("b", 30_000, 30_000)]
     ),
@@ -158,27 +127,6 @@ DRAWINGS = {
     ),
     "a block that is missing": lambda: dxf(inserts=[("b", 1, 1)]),
 }
-
-
-def mutations(number):
-    """Documents with characters changed, left out, repeated, at random."""
-    rng = random.Random(16)
-    for _ in range(number):
-        text = list(BASIC)
-        for _ in range(rng.randint(1, 2)):
-            k = rng.randrange(len(text))
-            match rng.randrange(4):
-                case 0:
-                    text[k] = rng.choice("0123456789[]{}:,&*!|>'\"%@`#-?. \n\t\0é")
-                case 1:
-                    del text[k : k + rng.randint(1, 20)]
-                case 2:
-                    text[k:k] = text[k : k + rng.randint(1, 200)] * rng.choice((1, 2, 50))
-                case 3:
-                    text[k:k] = rng.choice(
-                        ["1e400", "[[[[", "&a *a", "!!x ", "'", "040", "nan", "{ }", "null", "-1e308"]
-                    )
-        yield "".join(text)
 
 
 def read(path, content):
@@ -209,25 +157,13 @@ def test_the_basis_is_a_document(tmp_path):
 )
 def test_hostile_documents(tmp_path, tell):
     found = attack("documents", trials(tmp_path))
-    assert len(found) >= 60
+    assert len(found) >= 40
     tell("hostile documents and drawings", (how for how, _ in found.values()))
     answered = {name for name, (how, _) in found.items() if how == "answered"}
     assert answered <= {"yaml: a date as a name", "yaml: 2,000 materials", "dxf: a block in itself"}
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
-def test_documents_changed_at_random(tmp_path, tell):
-    found = attack(
-        "changed documents",
-        ((f"change {k}", lambda c=c: read(tmp_path / "m.yaml", c)) for k, c in enumerate(mutations(1_000))),
-    )
-    tell("documents changed at random", (how for how, _ in found.values()))
-
-
 def test_devices_and_pipes_are_no_documents(tmp_path):
-    import os
-
     os.mkfifo(tmp_path / "pipe.yaml")
     (tmp_path / "zero.yaml").symlink_to("/dev/zero")
     for name in ("pipe.yaml", "zero.yaml", "."):

@@ -80,46 +80,23 @@ def test_a_run_with_pipes_in_its_folder_resumes_or_is_refused(killed, tmp_path, 
         assert bs.AnalysisManager.resume(tmp_path / "run" / "a.h5")["push"].load_factor == pytest.approx(0.5, rel=1e-4)
 
 
-def text_of(name, box):
-    """A box as a file of a format; every number of its corners is in the text."""
-    return {"a.obj": obj_text(), "a.stl": ascii_stl([box]), "a.ply": ply_text([box])}[name]
-
-
-def compas_mesh(corner):
-    """A cube as COMPAS writes it, with another corner."""
-    rows = [list(p) for p in CUBE[:-2]] + [corner, list(CUBE[-1])]
-    return json.dumps([{"dtype": "compas.datastructures/Mesh", "data": {"vertices": rows, "faces": QUADS}}])
+def compas_mesh():
+    """A cube as COMPAS writes it."""
+    data = {"vertices": [list(map(float, p)) for p in CUBE], "faces": QUADS}
+    return json.dumps([{"dtype": "compas.datastructures/Mesh", "data": data}])
 
 
 @pytest.mark.parametrize("number", ["1_0", "１", "1e400", "1e308", "nan", "0x1"])
-@pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.ply"])
+@pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.ply", "a.json"])
 def test_numbers_of_text_formats_are_read_strictly(tmp_path, name, number):
-    text = text_of(name, single_block(1.0, 1.0)[0][1])
-    path = tmp_path / name
-    path.write_text(
-        re.sub(r"(?m)^(v |vertex |)1(\.0)? 1(\.0)? 1(\.0)?$", rf"\g<1>{number} 1 1", text), encoding="utf-8"
-    )
-    assert number in path.read_text(encoding="utf-8")
+    stone = single_block(1.0, 1.0)[0][1]
+    text = {"a.obj": obj_text(), "a.stl": ascii_stl([stone]), "a.ply": ply_text([stone]), "a.json": compas_mesh()}[name]
+    corner = rf"\g<1>{number}, 1, 1" if name == "a.json" else rf"\g<1>{number} 1 1"
+    changed = re.sub(r"(?m)(^v |^vertex |^|\[)1(\.0)?,? 1(\.0)?,? 1(\.0)?(?=$|\])", corner, text)
+    assert number in changed
+    (tmp_path / name).write_text(changed, encoding="utf-8")
     with pytest.raises(bs.errors.GeometryFileError):
-        READERS[name](path, unit="m", material=STONE)
-
-
-@pytest.mark.parametrize("number", ["1", True, None, 10**400, 1e308, float("nan"), [1]])
-def test_coordinates_of_compas_are_numbers(tmp_path, number):
-    path = tmp_path / "a.json"
-    path.write_text(compas_mesh([number, 1, 1]), encoding="utf-8")
-    with pytest.raises(bs.errors.GeometryFileError):
-        bs.imports.read_assembly(path, unit="m", material=STONE)
-    path.write_text(compas_mesh([1, 1, 1]), encoding="utf-8")
-    assert bs.imports.read_assembly(path, unit="m", material=STONE).blocks[0].volume == pytest.approx(1)
-
-
-@pytest.mark.parametrize("face", ["1_0", "1.0", "１"])
-def test_vertex_numbers_are_read_strictly(tmp_path, face):
-    path = tmp_path / "a.obj"
-    path.write_text(obj_text() + f"f 1 2 {face}\n", encoding="utf-8")
-    with pytest.raises(bs.errors.GeometryFileError, match="vertex numbers"):
-        bs.imports.read_mesh(path, unit="m", material=STONE)
+        READERS[name](tmp_path / name, unit="m", material=STONE)
 
 
 @pytest.mark.parametrize("code", ["10", "1_0"])
@@ -216,14 +193,3 @@ def test_no_text_of_a_stranger_reaches_the_terminal_raw(call, tmp_path, tell, sm
         outcomes.append("wrong" if raw else "raw" if "Traceback" in "".join(said) else "escaped")
         print(place, ascii(text), raw, said[0][:200])
     tell("texts at a terminal", outcomes)
-
-
-def test_a_certificate_that_holds_against_its_measures_is_refused(tmp_path, small_analysis):
-    path = bs.save_analysis(small_analysis, tmp_path / "a.h5")
-    assert all(result.certificate.is_within_tolerances for result in bs.open_analysis(path).values())
-    for name in ("equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap"):
-        for value in (1.0, float("nan")):
-            with edited(path, tmp_path / "b.h5") as file:
-                next(iter(file["cases"].values()))[name][...] = value
-            with pytest.raises(bs.errors.FormatError, match="holds"):
-                bs.open_analysis(tmp_path / "b.h5")

@@ -258,22 +258,6 @@ def test_diff(call, fails, done, file, small_model, small_cases, tmp_path):
     fails("give a number of zero or more", "diff", file, file, "--tolerance", "nan")
 
 
-def test_diff_of_folders(call, done, small_model, tmp_path):
-    """Cases without a load factor agree with themselves; damaged files and other models never do."""
-    case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
-    one, other = tmp_path / "one" / "wall.h5", tmp_path / "other" / "wall.h5"
-    bs.AnalysisManager(small_model, one).run([case])
-    other.parent.mkdir()
-    shutil.copy(one, other)
-    done("diff", one.parent, other.parent)
-    other.write_bytes(one.read_bytes()[:-100])
-    code, out, _ = call("diff", one.parent, other.parent)
-    assert (code, "damaged" in out) == (1, True)
-    other.unlink()
-    bs.AnalysisManager(bs.Model("another", small_model.blocks, small_model.interfaces), other).run([case])
-    assert call("diff", one.parent, other.parent)[0] == 1
-
-
 def test_validate(call, done, file, document):
     done("validate", file)
     done("validate", document)
@@ -355,7 +339,7 @@ def test_a_bar_shows_case_and_iteration(small_model, small_cases):
             seen.append((progress.tasks[0].description, progress.tasks[0].completed))
 
         bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
-    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, load factor 0\.\d{4}, gap \de[+-]\d+"
+    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, load factor 0\.\d{4}, gap \de[+-]\d+, [a-z ]+"
     assert any(re.fullmatch(shown, text) for text, _ in seen)
     assert [done for _, done in seen].count(1.0) == 2
     case = attrs.evolve(small_cases[0], name="push [/x] [red]")
@@ -372,22 +356,6 @@ def test_a_warning_is_one_line(call, document):
     assert (code, "ready to run" in out) == (0, True)
     assert err.startswith("warning: material 'stone': unit_weight 1.2e+10 kN/m³")
     assert len(err.splitlines()) == 1
-
-
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-@pytest.mark.parametrize("drifts", [True, False])
-def test_tables_mark_unsettled_cases(done, small_model, tmp_path, drifts):
-    drifting = "settings: { procedure: fictitious, schedule: { patience: 3, load_factor_tolerance: 1.0e-15 } }\n"
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    document = bs.write_document(tmp_path / "wall.yaml", small_model, [case])
-    document.write_text(document.read_text(encoding="utf-8") + drifting * drifts, encoding="utf-8")
-    parameters = "parameters: { joint_materials.dry.friction_coefficient: [0.65] }\n"
-    (tmp_path / "study.yaml").write_text(f"blockstruct: study-1\nmodel: wall.yaml\n{parameters}", encoding="utf-8")
-    out = done("study", tmp_path / "study.yaml", "-o", tmp_path / "runs", "--workers", 1)
-    for text in (out, done("archive", tmp_path / "runs")):
-        assert ("NOT SETTLED" in " ".join(text.split())) == drifts
-    rows = bs.Archive(tmp_path / "runs").table()
-    assert rows[["status", "settled"]].to_numpy().tolist() == [["converged", not drifts]]
 
 
 def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):

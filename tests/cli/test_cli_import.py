@@ -44,27 +44,6 @@ def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_
     assert found == {("slab", "low"), ("slab", "level")}
 
 
-def test_tolerances_of_detection_go_into_the_document(done, stack, tmp_path):
-    limits = ["--gap", "2 mm", "--angle", "5 deg", "--area-tolerance", "1 cm^2"]
-    words = ["--unit", "mm", "--fix", "lowest", *STONE, *limits]
-    done("import", stack, "-o", tmp_path / "m.yaml", *words)
-    found = bs.read_document(tmp_path / "m.yaml").report.tolerances
-    assert (found.gap, found.angle, found.area) == pytest.approx((2e-3, np.radians(5), 1e-4))
-
-
-def test_blocks_are_excluded_and_the_file_may_lie(done, stack, tmp_path):
-    """The stones stand along y in the file."""
-    lying = tmp_path / "lying.obj"
-    rows = [line.split() for line in stack.read_text(encoding="utf-8").splitlines()]
-    lines = [f"v {r[1]} {r[3]} {-float(r[2])}" if r[0] == "v" else " ".join(r) for r in rows]
-    lying.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    words = ["--unit", "mm", "--fix", "lowest", *STONE, "--up", "y", "--exclude", "stone 2"]
-    done("import", lying, "-o", tmp_path / "m.yaml", *words)
-    model = bs.read_document(tmp_path / "m.yaml").model
-    assert [b.name for b in model.blocks] == ["stone 0", "stone 1"]
-    assert model.block("stone 1").centroid[2] == pytest.approx(0.75)
-
-
 def test_directions_flow_and_the_angle_of_a_tilting_table(call, done, stack, tmp_path):
     model = tmp_path / "m.yaml"
     words = ["--unit", "mm", "--fix", "lowest", *STONE, "--flow", "associative", "--tilt"]

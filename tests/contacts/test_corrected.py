@@ -8,6 +8,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.contacts import corrected_joints
 from meshes import CUBE, objects_text, read
+from structures import rotation
 
 JOINT = bs.JointMaterial("joint", 0.6)
 
@@ -76,3 +77,13 @@ def test_closed_joints_are_within_the_moves_of_their_blocks(tmp_path, seed):
     for c in [*joints.closed, *(c for c in report.contacts if c.interface and not np.isnan(c.gap))]:
         moved = sum(float(np.abs(found.moves.get(name, 0.0)).max()) for name in (c.minus, c.plus))
         assert abs(c.gap) <= rounding + 4 * np.sqrt(3) * moved
+
+
+def test_moves_that_open_no_joint_close_none(tmp_path):
+    """Two blocks of general shape with one face in common, written to three decimals: it is moved alike."""
+    lower = np.round(np.array(CUBE) @ rotation((1, 2, 0.5), 0.4).T * [1, 1.2, 0.9], 3)
+    upper = np.concatenate([lower[4:], np.round(lower[4:] + 0.8 * (lower[4:] - lower[:4]), 3)])
+    with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
+        found = read(tmp_path, "two.obj", objects_text({"a": lower, "b": upper}))
+    assert set(found.moves) == {"a", "b"}
+    assert corrected_joints(found.blocks, JOINT, found.moves).closed == ()

@@ -8,9 +8,6 @@ from hypothesis import strategies as st
 import blockstruct as bs
 import meshes
 from blockstruct import Q_
-from blockstruct.contacts import detection
-from blockstruct.errors import GeometryError
-from blockstruct.model import fit
 from blockstruct.structures.builder import prism
 from properties import few
 from refusals import refused
@@ -50,33 +47,6 @@ def test_a_gap_is_accepted_a_near_miss_or_rejected(gap, reason, near_miss):
     assert report.overlaps == ((("a", "b", pytest.approx(-gap)),) if gap < -0.001 else ())
 
 
-def test_a_detection_gives_the_overlaps_of_its_own_blocks_only(monkeypatch):
-    blocks = [FLOOR, box("a", [0, 0, 0]), box("b", [1 - 2e-5, 0, 0])]
-    found = detect(*blocks)
-    gap = found.report.tolerances.gap
-    assert [pair[:2] for pair in found.overlaps_of(blocks, gap)] == [(1, 2)]
-    assert found.overlaps_of([*blocks[:2], box("b", [1, 0, 0])], gap) is None
-    assert found.overlaps_of(blocks, gap / 2) is None
-    monkeypatch.setattr(fit, "overlapping_pairs", None)
-    with pytest.raises(GeometryError, match="overlapping blocks"):
-        bs.Model("same", blocks, found)
-
-
-def test_blocks_of_the_same_shapes_are_searched_once(monkeypatch):
-    def blocks(x):
-        return [FLOOR, box("a", [0, 0, 0]), box("b", [x, 0, 0])]
-
-    first = bs.detect_interfaces(blocks(1), DRY)
-    monkeypatch.setattr(detection, "coplanar_face_pairs", None)
-    again = bs.detect_interfaces(blocks(1), {"bed": LIME, "*": DRY})
-    assert again.report == first.report
-    assert [i.joint_material for i in again.interfaces] == [LIME, LIME, DRY]
-    assert bs.Model("again", blocks(1), again).joint_materials == {"lime": LIME, "dry": DRY}
-    for other in (lambda: detect(*blocks(1.5)), lambda: detect(*blocks(1), tolerance="1 mm")):
-        with pytest.raises(TypeError, match="not callable"):
-            other()
-
-
 @pytest.mark.parametrize(
     ("degrees", "reason", "near_miss"), [(0.5, "", False), (1.5, "angle", True), (5, "angle", False)]
 )
@@ -88,13 +58,6 @@ def test_an_angle_is_accepted_a_near_miss_or_rejected(degrees, reason, near_miss
     contact = judged(report, "a", "b")
     assert (contact.reason, contact.near_miss) == (reason, near_miss)
     assert np.degrees(contact.angle) == pytest.approx(degrees)
-
-
-def test_a_corner_given_twice_hides_no_contact():
-    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1], [1, 0, 1]]
-    faces = [[0, 3, 2, 1], [4, 8, 5, 6, 7], [0, 1, 5, 8, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-    cube = bs.Block.from_faces("cube", Q_(corners, "m"), faces, STONE, fixed=True)
-    assert len(detect(cube, box("upper", [0, 0, 1])).interfaces) == 1
 
 
 def test_the_area_tolerance():
@@ -123,34 +86,9 @@ def test_hints_for_a_wall_with_open_joints():
     apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
     close = {("floor", "a"): 0.025, ("floor", "b"): 0.025, ("a", "b"): 0.03}
     assert {c[:2]: round(c[2], 6) for c in apart.close} == close
-    assert "close without contact: a | b: 30 mm apart" in str(apart)
     report = detect(FLOOR, box("a", [0, 0, 0.004]), box("b", [0, 0, 1.004])).report
-    assert report.accepted == 1
-    assert report.floating == ("a", "b")
-    assert report.untouched == ("floor",)
-    assert judged(report, "floor", "a").gap == pytest.approx(0.004)
+    assert (report.accepted, report.floating, report.untouched) == (1, ("a", "b"), ("floor",))
     assert "1 of 1 rejected by gap or penetration: a gap tolerance of 0.00404 m would take" in str(report)
-
-
-def test_stones_in_wide_rough_joints_make_a_model():
-    # A joint of 2 cm between stones of half a metre: the interface lies halfway between the faces.
-    stones = FLOOR, box("a", [0, 0, 0.02], [0.5, 0.5, 0.5]), box("b", [0, 0, 0.54], [0.5, 0.5, 0.5])
-    found = detect(*stones, tolerance="2.1 cm")
-    assert bs.Model("rough", stones, found.interfaces).interfaces[0].centroid[2] == pytest.approx(0.01)
-
-
-def test_contacts_of_a_slightly_warped_face():
-    warped = CUBE.copy()
-    warped[6, 2] += 0.002
-    lower, upper = hexahedron("lower", warped), box("upper", [0, 0, 1.0])
-    strict, loose = (detect(FLOOR, lower, upper, tolerance=t).report for t in ("0.01 mm", "1.6 mm"))
-    # A corner 2 mm high twists the mean plane: each corner lies a quarter of that off it.
-    for report in (strict, loose):
-        ((block, face, deviation),) = report.nonplanar_faces
-        assert (block, face) == ("lower", 1)
-        assert deviation == pytest.approx(0.0005, rel=1e-3)
-    assert judged(strict, "lower", "upper").reason == "penetration"
-    assert judged(loose, "lower", "upper").reason == ""
 
 
 def test_the_report_lists_and_tabulates_its_findings():
@@ -165,13 +103,6 @@ def test_the_report_lists_and_tabulates_its_findings():
     assert table["finding"].tolist() == ["accepted", "accepted", "near miss", "floating"]
     assert table.loc[table["finding"] == "near miss", "gap"].item() == pytest.approx(0.0003)
     assert table.attrs["units"]["area"] == "meter ** 2"
-
-
-def test_a_long_list_is_short_in_print_and_complete_in_the_table():
-    blocks = [FLOOR, *(box(f"{k}", [0, 0, 2 + 2 * k]) for k in range(30))]
-    report = detect(*blocks).report
-    assert "block without interface: 11 more" in str(report)
-    assert (report.table()["finding"] == "floating").sum() == 30
 
 
 WALL = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
@@ -190,12 +121,6 @@ def test_joint_materials_by_orientation_and_by_names():
     assert found.report.area_by_orientation == pytest.approx({"bed": 9 * 0.04, "head": 7 * 0.02})
 
 
-def test_patterns_may_contain_any_character():
-    blocks = [FLOOR, box("a[1]?", [0, 0, 0])]
-    found = bs.detect_interfaces(blocks, {"a[1]?|*": LIME, "*": DRY})
-    assert [i.joint_material.name for i in found.interfaces] == ["lime"]
-
-
 def test_joint_materials_by_a_function():
     found = bs.detect_interfaces(wall(), lambda joint: LIME if joint.centroid[2] > 0.3 else DRY)
     assert all(i.joint_material is (LIME if i.centroid[2] > 0.3 else DRY) for i in found.interfaces)
@@ -206,7 +131,6 @@ def test_joint_materials_by_a_function():
     [
         ({}, "JointMaterial mapping"),
         ({"beds": DRY}, "'beds' 'bed' 'base|*'"),
-        ({"bed": "dry"}, "'bed' 'dry'"),
         ({"head": DRY}, "'base|1.1' bed add '*'"),
         ({"bsae|*": LIME, "*": DRY}, "'bsae|*' 'base|1.1'"),
         (lambda joint: None, "function None"),
@@ -220,7 +144,6 @@ def test_refused_rules(rules, words):
 @pytest.mark.parametrize(
     ("limits", "words"),
     [
-        ({"angle_tolerance": "0 deg"}, "angle_tolerance above zero"),
         ({"angle_tolerance": "60 deg"}, "60 deg 45 deg"),
         ({"area_tolerance": "1 mm"}, "area_tolerance area"),
         ({"area_tolerance": 1e-6}, "area_tolerance no unit"),
@@ -277,15 +200,6 @@ def test_detection_is_invariant_to_scale_and_units(scale, unit):
     assert summary(bs.detect_interfaces(scaled(unit), DRY).report) == summary(bs.detect_interfaces(PUZZLE, DRY).report)
 
 
-def test_one_block_under_200_others_has_200_contacts():
-    blocks = [box("beam", [0, 0, -1], [100, 1, 1], fixed=True)]
-    blocks += [box(f"{k}", [0.5 * k, 0, 0], [0.5, 1, 0.3]) for k in range(200)]
-    for R in (np.eye(3), rotation((1, 2, 3), 0.7)):
-        found = bs.detect_interfaces(moved(blocks, R, (5, -7, 11)), DRY)
-        assert sum("beam" in (i.minus, i.plus) for i in found.interfaces) == 200
-        assert found.report.accepted == 200 + 199
-
-
 def test_a_solid_of_cubes_has_the_contacts_of_its_closed_form():
     n = 6
     cubes = [box(f"{x}.{y}.{z}", [x, y, z], fixed=z == 0) for x in range(n) for y in range(n) for z in range(n)]
@@ -336,33 +250,6 @@ def test_a_rough_joint_of_scanned_stones_is_one_interface():
     bs.Model("stones", stones, found.interfaces)
 
 
-def test_very_rough_joints_make_a_model():
-    """Closing the slits between pieces leaves corners where no stone is: the model would refuse them."""
-    places = np.stack(np.meshgrid(range(3), 0, range(3)), axis=-1).reshape(-1, 3)
-    stones = [faceted("s" * k, 1.0102 * place, 3, rough=5e-3) for k, place in enumerate(places, start=1)]
-    floor = box("floor", [-1, -1, -1.0051], [6, 3, 1], fixed=True)
-    found = detect(floor, *stones, tolerance="25 mm", angle_tolerance="5 deg")
-    model = bs.Model("stones", [floor, *stones], found.interfaces, detection=found.report)
-    assert len(model.interfaces) >= 15
-
-
-@pytest.mark.parametrize("base", [2, 100])
-def test_a_slightly_tilted_block_on_a_base_of_any_size(base):
-    """Over the whole base the two planes lie far apart, where they meet they do not."""
-    tilted = moved([box("b", [0, 0, 0], [0.5, 0.5, 0.5])], rotation((0, 1, 0), -0.01))
-    ground = box("ground", [-base / 2, -base / 2, -1], [base, base, 1], fixed=True)
-    found = detect(ground, *tilted, tolerance="6 mm", angle_tolerance="2 deg")
-    assert bs.Model("tilted", [ground, *tilted], found.interfaces).interfaces[0].area == pytest.approx(0.25, rel=1e-3)
-
-
-def test_contacts_on_steps_stay_separate():
-    outline = [(0, 0), (2, 0), (2, 1.0), (1, 1.0), (1, 1.004), (0, 1.004)]
-    top = [(0, 1.004), (1, 1.004), (1, 1.0), (2, 1.0), (2, 2), (0, 2)]
-    stair, above = (prism(name, o, (0.0, 1.0), STONE) for name, o in (("stair", outline), ("above", top)))
-    found = detect(stair, above)
-    assert sorted(round(i.area, 9) for i in found.interfaces) == [0.004, 1.0, 1.0]
-
-
 LEAD = {"p|*": bs.JointMaterial("lead", 0.1), "*": DRY}
 
 
@@ -386,13 +273,6 @@ def test_no_contact_goes_through_a_sheet_thinner_than_the_tolerance(tolerance, R
         assert found.report.hints == ()
 
 
-def test_thin_sheets_only_touch_their_neighbours():
-    sheets = [box(f"p{k}", [0, 0, 1 + 0.002 * k], [1, 1, 0.002]) for k in range(2)]
-    found = detect(FLOOR, box("a", [0, 0, 0]), *sheets, box("b", [0, 0, 1.004]), tolerance="10 mm")
-    assert [i.name for i in found.interfaces] == ["floor|a", "a|p0", "p0|p1", "p1|b"]
-    assert judged(found.report, "a", "b").reason == "blocks p0, p1 between"
-
-
 @pytest.mark.parametrize(
     ("origin", "size", "parts", "left"),
     [([0, 0], [0.5, 1], 1, 0.5), ([0.25, 0.25], [0.5, 0.5], 2, 0.75), ([0.001, 0.001], [0.998, 0.998], 0, 0.0)],
@@ -410,13 +290,6 @@ def test_the_contact_next_to_a_sheet_is_kept(origin, size, parts, left):
     (hidden,) = (c for c in found.report.contacts if c.is_hidden)
     assert hidden.area == pytest.approx(1 - left)
     assert len(bs.Model("pad", blocks, found.interfaces, detection=found.report).interfaces) == 3 + parts
-
-
-def test_a_drum_on_a_sheet_of_lead_slides_on_the_lead():
-    blocks = FLOOR, box("a", [0, 0, 0]), box("p", [0, 0, 1], [1, 1, 0.005]), box("b", [0, 0, 1.005], [1, 1, 0.5])
-    found = detect(*blocks, joint=LEAD, tolerance="6 mm")
-    result = solve(bs.Model("drums", blocks, found.interfaces, detection=found.report), push(1, 0, 0))
-    assert result.load_factor == pytest.approx(0.1, rel=1e-3)
 
 
 def test_an_explicit_interface_is_kept_once():

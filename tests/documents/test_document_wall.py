@@ -1,7 +1,5 @@
 """Walls of model documents equal walls of ``bs.wall``."""
 
-import json
-
 import pytest
 import yaml
 
@@ -87,22 +85,10 @@ def test_a_wall_and_blocks(tmp_path):
         ({"material": "glass"}, bs.errors.UnknownNameError, "'glass' stone"),
         ({}, bs.errors.ModelError, "unit_length rubble"),
         ({"openings": [DOOR | {"centre": ["1 m", "1 m"]}]}, bs.errors.DocumentError, "/wall/openings/0 start"),
-        ({"openings": [DOOR | {"raise": "1 m"}]}, bs.errors.DocumentError, "/wall/openings/0 'raise' rise"),
-        ({"unit_length": "0.5 m", "openings": [DOOR | {"start": "9 m"}]}, bs.errors.ModelError, "opening 1 9 m"),
         (UNITS | {"depth": "1 m"}, bs.errors.DocumentError, "/wall 'depth' thickness"),
         ({"rubble": {"seed": 3}}, bs.errors.DocumentError, "/wall/rubble shortest"),
-        ({"sidewalls": [SIDE | {"length": "2 kg"}]}, bs.errors.DimensionError, "'side' length"),
     ],
 )
 def test_refused_walls(tmp_path, entry, error, words):
     with refused(error, words):
         bs.read_document(written(tmp_path, entry))
-
-
-def test_a_study_varies_the_seed_of_a_wall(tmp_path):
-    written(tmp_path, {"rubble": RUBBLE})
-    content = {"blockstruct": "study-1", "model": "wall.yaml", "parameters": {"wall.rubble.seed": [1, 2]}}
-    (tmp_path / "study.json").write_text(json.dumps(content), encoding="utf-8")
-    read = bs.studies.read_study(tmp_path / "study.json")
-    first, second = (read.build(**{"wall.rubble.seed": seed})[0] for seed in (1, 2))
-    assert first.hash == bs.read_document(written(tmp_path, {"rubble": RUBBLE | {"seed": 1}})).model.hash != second.hash

@@ -118,25 +118,3 @@ def test_bad_documents_are_not_written(tmp_path, model, cases):
     with refused(bs.errors.ModelError, f"'fewer' {model.interfaces[0].name!r}"):
         bs.write_document(tmp_path / "m.yaml", fewer, cases)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["1e5", "040", "1:30", "yes", "2026-01-31", "1.1", "null", "<<", "a: b", " #"])
-def test_names_that_look_like_other_values_are_read_back(tmp_path, cases, name):
-    blocks = bs.structures.stack(1, size=["1 m", "1 m", "1 m"], material=bs.Material(name, "20 kN/m^3"), prefix=name)
-    joint = bs.JointMaterial(name, 0.6)
-    model = bs.Model(name, blocks, bs.detect_interfaces(blocks, joint).interfaces)
-    case = bs.LimitCase(name, cases[0].dead, bs.LoadPattern(name, [bs.BodyForce((1, 0, 0))]))
-    path = bs.write_document(tmp_path / "m.yaml", model, [case])
-    back = bs.read_document(path)
-    assert (back.model.hash, back.cases) == (model.hash, (case,))
-
-
-def test_pushovers_are_read_back(tmp_path, small_model, dead):
-    push, top = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))]), small_model.blocks[-1]
-    at = {"control_point": Q_(top.shape.vertices.max(axis=0), "m"), "corner_rounding": "20 mm"}
-    cases = [
-        bs.Pushover("centroid", dead, push, control=(top.name, (3, 4, 0)), steps=12),
-        bs.Pushover("corner", dead, push, control=(top.name, (1, 0, 0)), **at),
-    ]
-    path = bs.write_document(tmp_path / "model.yaml", small_model, cases)
-    assert list(bs.read_document(path).cases) == cases

@@ -206,12 +206,6 @@ def test_invisible_entities_are_reported(space, read, add, words):
     assert [b.centroid[2] for b in found.blocks] == pytest.approx([0.375])
 
 
-def test_layers_inside_a_block_on_a_layer_that_is_off(space, read):
-    space.doc.layers.get("NOTES").off()
-    unit_on("NOTES")(space)
-    assert [b.name for b in read().blocks] == ["STONE.1"]
-
-
 def test_control_points_of_a_spline_are_ignored(space, read):
     corners = [(0, 0), (500, -90), (500, 0), (500, 250), (250, 400), (0, 250)]
     fitted = space.add_polyline2d(corners, close=True, dxfattribs={"layer": "STONE", "flags": 1 | 4})
@@ -254,16 +248,6 @@ def test_a_polyline_outside_the_drawing_plane_is_reported(space, read):
 SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]
 
 
-@pytest.mark.parametrize("off", [0, 1e-12, 1e-9])
-@pytest.mark.parametrize("marked", [True, False])
-def test_rings_whose_ends_meet_to_rounding_are_closed(space, read, off, marked):
-    corners = [*SQUARE, (500 * off, -500 * off)]
-    space.add_lwpolyline(corners, close=marked, dxfattribs={"layer": "STONE"})
-    (block,) = read().blocks
-    assert len(block.shape.faces) == 6
-    assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
-
-
 def test_the_closing_gap(space, read):
     rectangle(space, 600, 0, 500, 250)
     line = space.add_lwpolyline([*SQUARE, (0, 3)], dxfattribs={"layer": "STONE"})
@@ -280,16 +264,9 @@ def test_the_closing_gap(space, read):
 @pytest.mark.parametrize(
     ("corners", "closed"),
     [
-        ([*SQUARE, SQUARE[0], SQUARE[1]], False),  # on over the first edge
-        ([*SQUARE, SQUARE[0], SQUARE[1]], True),
-        ([*SQUARE, SQUARE[0], (200, 0)], False),  # and over a part of it
-        ([(200, 0), *SQUARE[1:], SQUARE[0], SQUARE[1]], False),
+        ([*SQUARE, SQUARE[0], (200, 0)], False),  # on over a part of the first edge
         ([*SQUARE, *SQUARE], True),  # twice round
-        ([*SQUARE, *SQUARE, *SQUARE, SQUARE[0]], False),
-        ([SQUARE[0], SQUARE[1], SQUARE[0], *SQUARE[1:]], True),  # there, back and there again
-        ([*SQUARE[:2], (800, 0), *SQUARE[1:]], True),  # out along the line of an edge, and back
-        ([*SQUARE[:2], (700, -300), *SQUARE[1:]], True),  # out into the open, and back
-        ([*SQUARE[:2], (700, -300), (900, 100), (700, -300), *SQUARE[1:]], True),
+        ([*SQUARE[:2], (700, -300), (900, 100), (700, -300), *SQUARE[1:]], True),  # out into the open, and back
         ([*SQUARE[:2], (500, 150), (500, 50), *SQUARE[2:]], True),  # back a part of the way
     ],
 )
@@ -297,8 +274,7 @@ def test_edges_that_are_retraced_are_dropped_and_reported(space, read, corners, 
     space.add_lwpolyline(corners, close=closed, dxfattribs={"layer": "STONE"})
     with pytest.warns(bs.errors.GeometryWarning, match=r"runs over its own edges again: \d+ \(STONE.1\)"):
         (block,) = read().blocks
-    assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
-    assert len(block.shape.faces) == 6
+    assert (block.volume, len(block.shape.faces)) == (pytest.approx(0.5 * 0.25 * 0.3), 6)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -320,13 +296,7 @@ def test_random_repeated_outlines_are_restored(seed):
 
 
 @pytest.mark.parametrize(
-    ("corners", "gap"),
-    [
-        (SQUARE, 0.25),  # three sides of a square
-        ([*SQUARE, (0, 100)], 0.1),
-        ([(200, 0), *SQUARE[1:], (0, 0), (0, 100)], 0.224),  # on over nothing that is drawn
-        ([(0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)], 0.141),
-    ],
+    ("corners", "gap"), [(SQUARE, 0.25), ([(0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)], 0.141)]
 )
 def test_open_polylines_are_reported_with_handle_and_gap(space, read, corners, gap):
     rectangle(space, 0, 600, 500, 250)
@@ -349,41 +319,26 @@ def test_copies_must_have_the_same_material_and_support(space, read):
 
 def test_outlines_without_area_are_reported(space, read):
     rectangle(space, 0, 600, 500, 250)
-    lines = [
-        space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "STONE"})
-        for corners in (
-            [(0, 0), (500, 0)],
-            [(0, 0), (500, 0), (200, 0)],
-            [(0, 0), (500, 0), (500, 0)],
-            [(5, 5), (5, 5)],
-        )
-    ]
+    flat = ([(0, 0), (500, 0)], [(0, 0), (500, 0), (200, 0)], [(5, 5), (5, 5)])
+    lines = [space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "STONE"}) for corners in flat]
     with pytest.warns(bs.errors.GeometryWarning, match="left out"):
         found = read()
     handles = ", ".join(line.dxf.handle for line in lines)
-    assert found.report.left_out == (f"4 polyline without area on layer STONE (handle {handles})",)
+    assert found.report.left_out == (f"3 polyline without area on layer STONE (handle {handles})",)
 
 
 def test_override_unit(space, read):
     rectangle(space, 0, 0, 5000, 2500)
-    space.doc.header["$INSUNITS"] = 1
-    with pytest.raises(bs.errors.GeometryFileError, match=r"0.0254 m .*override_unit=True"):
-        read()
+    for number, stated in ((16, "100 m"), (22, "0.0254001 m"), (1, "0.0254 m")):
+        space.doc.header["$INSUNITS"] = number
+        with pytest.raises(bs.errors.GeometryFileError, match=rf"{stated} \(\$INSUNITS\), .*override_unit=True"):
+            read()
     found = read(override_unit=True)
     assert found.report.extent == pytest.approx((5, 0.3, 2.5))
     (note,) = found.report.notes
     assert "0.0254 m" in note
-    assert "0.001 m" in note
     space.doc.header["$INSUNITS"] = MM
     assert read(override_unit=True).report.notes == ()
-
-
-@pytest.mark.parametrize(("number", "stated"), [(3, "1609.34 m"), (13, "1e-06 m"), (16, "100 m"), (22, "0.0254001 m")])
-def test_rare_units_are_compared(space, read, number, stated):
-    rectangle(space, 0, 0, 5000, 2500)
-    space.doc.header["$INSUNITS"] = number
-    with pytest.raises(bs.errors.GeometryFileError, match=rf"{stated} \(\$INSUNITS\), but unit= is 0.001 m"):
-        read()
 
 
 @pytest.mark.parametrize(
@@ -391,7 +346,6 @@ def test_rare_units_are_compared(space, read, number, stated):
     [
         (bs.errors.GeometryFileError, "0.001 m $INSUNITS 1 m", {"unit": "m"}),
         (bs.errors.ModelError, "thickness -1 m", {"thickness": "-1 m"}),
-        (bs.errors.UnitError, "thickness 300", {"thickness": 300}),
         (bs.errors.GeometryFileError, "polyline from (0, 0) 'STONE' handle flat", {"thickness": None}),
         (bs.errors.ModelError, "plane 'section' 'elevation'", {"plane": "section"}),
         (bs.errors.ModelError, "segments 0", {"segments": 0}),
@@ -421,29 +375,13 @@ def test_damaged_drawings_are_refused(space, read, tmp_path, monkeypatch):
     with pytest.raises(bs.errors.GeometryFileError, match=r"POLYLINE on layer '0', handle .*, is damaged"):
         read()
     content = (tmp_path / "drawing.dxf").read_bytes()
-    for name, bad in [
-        ("empty", b""),
-        ("cut", content[: len(content) // 2]),
-        ("end", content[:-40]),
-        ("noise", bytes(range(256)) * 20),
-        ("text", b"no drawing\n"),
-        ("dwg", b"AC1032" + bytes(100)),
-    ]:
-        path = tmp_path / f"{name}.dxf"
-        path.write_bytes(bad)
-        with pytest.raises(bs.errors.GeometryFileError, match=f"{name}.dxf"):
-            read(path)
+    half, cut = content[: len(content) // 2], content[:-40]
+    for bad in (b"", half, cut, bytes(range(256)) * 20, b"no drawing\n", b"AC1032" + bytes(100)):
+        (tmp_path / "bad.dxf").write_bytes(bad)
+        with pytest.raises(bs.errors.GeometryFileError, match=r"bad\.dxf"):
+            read(tmp_path / "bad.dxf")
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[cad\]"'):
-        read()
-
-
-@pytest.mark.parametrize("last", [1000, 800], ids=["equal loops", "unequal loops"])
-def test_an_outline_that_crosses_itself_is_refused(space, read, last):
-    """Loops that turn against each other may enclose no area in sum; they are none the less drawn."""
-    rectangle(space, 0, 0, 1000, 500, "GROUND")
-    space.add_lwpolyline([(0, 500), (1000, 500), (0, 1000), (last, 1000)], close=True, dxfattribs={"layer": "STONE"})
-    with pytest.raises(bs.errors.GeometryFileError, match=r"'STONE.1': its surface crosses itself near"):
         read()
 
 
@@ -452,14 +390,12 @@ def test_a_byte_order_mark_is_ignored(space, read, tmp_path, ending):
     """As editors put one before a text that they save, and as OBJ and YAML files are read."""
     space.doc.layers.add("PIÈRRE")
     rectangle(space, 0, 0, 1000, 500, "PIÈRRE")
-    plain = read()
+    (plain,) = read().blocks
     content = (tmp_path / "drawing.dxf").read_bytes().replace(b"\r\n", b"\n").replace(b"\n", ending)
-    marked = tmp_path / "marked.dxf"
-    marked.write_bytes(b"\xef\xbb\xbf" + content)
-    found = read(marked)
-    for one, other in zip(found.blocks, plain.blocks, strict=True):
-        assert one.name == other.name == "PIÈRRE.1"
-        np.testing.assert_array_equal(one.shape.vertices, other.shape.vertices)
+    (tmp_path / "marked.dxf").write_bytes(b"\xef\xbb\xbf" + content)
+    (marked,) = read(tmp_path / "marked.dxf").blocks
+    assert marked.name == plain.name == "PIÈRRE.1"
+    np.testing.assert_array_equal(marked.shape.vertices, plain.shape.vertices)
 
 
 def test_entities_in_paper_space_are_reported(space, read):

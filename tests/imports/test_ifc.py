@@ -121,13 +121,3 @@ def test_a_damaged_file_is_refused(tmp_path, content):
     (tmp_path / "bad.ifc").write_bytes(content)
     with pytest.raises(bs.errors.GeometryFileError, match="not a readable IFC file"):
         bs.imports.read_ifc(tmp_path / "bad.ifc", material=STONE)
-
-
-def test_from_import_to_number_on_the_console(house, call, done, tmp_path):
-    words = ["--unit-weight", "20 kN/m^3", "--friction", "0.4", "--fix-layer", "IfcFooting"]
-    words += ["--unit-size", "0.5 m", "0.2 m"]
-    code, out, err = call("import", house, "-o", tmp_path / "house.yaml", *words)
-    assert (code, err) == (0, "")
-    assert "left out: 1 IfcDoor (Ground floor.door)" in out
-    done("run", tmp_path / "house.yaml", "-o", tmp_path / "house.h5")
-    assert 0 < bs.open_analysis(tmp_path / "house.h5")["push +x"].load_factor < 0.4

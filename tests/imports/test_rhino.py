@@ -109,13 +109,3 @@ def test_what_is_not_a_block_is_listed(drawn):
     (tmp := path.with_name("bad.3dm")).write_bytes(b"no rhino file")
     with pytest.raises(bs.errors.GeometryFileError, match="not a readable Rhino file"):
         bs.imports.read_rhino(tmp, material=STONE)
-
-
-def test_from_import_to_number_on_the_console(drawn, call, done, tmp_path):
-    words = ["--unit-weight", "20 kN/m^3", "--friction", "0.6", "--fix-layer", "Base"]
-    code, out, err = call("import", drawn(base, mesh), "-o", tmp_path / "made.yaml", *words)
-    assert (code, err) == (0, "")
-    assert "2 blocks of 12 faces, 1 fixed" in out
-    done("run", tmp_path / "made.yaml", "-o", tmp_path / "made.h5")
-    # A cube that slides on friction before it rocks.
-    assert bs.open_analysis(tmp_path / "made.h5")["push +x"].load_factor == pytest.approx(0.6, rel=1e-4)

@@ -55,12 +55,6 @@ def test_a_support_of_one_face_is_a_block_behind_it(tmp_path, turn, down):
     assert joint.area == pytest.approx(0.5)
 
 
-def test_a_block_on_a_face_falls_as_on_a_ground(tmp_path):
-    model = model_of(read(compas(tmp_path / "a.json")).blocks, JOINT)
-    # A block of 0.5 m × 1 m tips about its edge at 0.5.
-    assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.5, rel=1e-6)
-
-
 def test_a_face_that_is_no_support_is_told_to_be_one(tmp_path):
     path = compas(tmp_path / "a.json", support=False)
     with refused(bs.errors.GeometryFileError, "'face' open --fix"):
@@ -83,14 +77,6 @@ def test_ground_has_a_level(tmp_path):
     assert read(path, fixed=["ground -20 cm"]).blocks[0].shape.vertices[:, 2].max() == pytest.approx(-0.2)
     with refused(bs.errors.GeometryFileError, "'pier 1' below 0.5"):
         read(path, fixed=["ground 0.5 m"])
-
-
-def test_supports_take_wildcards(tmp_path):
-    path = mesh(tmp_path / "a.obj")
-    assert read(path, fixed=["*1"]).report.supports == ("pier 1",)
-    assert read(path, fixed=["pier*"]).report.supports == ("pier 1", "pier 2")
-    with refused(bs.errors.UnknownNameError, "'wall*' ground"):
-        read(path, fixed=["wall*"])
 
 
 def test_supports_of_some_motions(tmp_path):

@@ -73,17 +73,12 @@ UNKNOWN, MODEL = bs.errors.UnknownNameError, bs.errors.ModelError
     ("error", "words", "make"),
     [
         (UNKNOWN, "morter solid brick and lime mortar", lambda: bs.library.masonry("solid brick and lime morter")),
-        (UNKNOWN, "'concrete' irregular rubble", lambda: bs.library.masonry("concrete")),
-        (UNKNOWN, "None", lambda: bs.library.masonry(None)),
         (UNKNOWN, "'limestone' limestone, wet", lambda: bs.library.joint("limestone")),
         (UNKNOWN, "'irregular rubble' 'fv0'", lambda: RUBBLE.joint_material(friction_coefficient=0.6, cohesion="min")),
         (MODEL, "w 'medium' 'mean'", lambda: BRICK.material(unit_weight="medium")),
-        (MODEL, "w None 'mean'", lambda: BRICK.material(unit_weight=None)),
         (MODEL, "w 24 18 kN/m³", lambda: BRICK.material(unit_weight="24 kN/m^3")),
         (MODEL, "friction_coefficient", lambda: BRICK.joint_material(friction_coefficient=None)),
         (MODEL, "friction_angle 30 deg 23 to 26", lambda: WET.joint_material(friction_angle="30 deg")),
-        (bs.errors.UnitError, "f 3", lambda: BRICK.joint_material(friction_coefficient=0.6, compressive_strength=3)),
-        (MODEL, "'m' source 3", lambda: bs.Material("m", "12 kN/m^3", source=3)),
         (MODEL, "'j' source", lambda: bs.JointMaterial("j", 0.6, source="two\nlines")),
     ],
 )

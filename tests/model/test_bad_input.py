@@ -1,6 +1,7 @@
 """Refused input: the class of the error, and the object, field, value and limit that it names."""
 
 import math
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -33,17 +34,10 @@ def settings(**values):
     [
         # A unit is missing, or the value is not one number.
         (UNIT, "'tuff' unit_weight 12 kN/m^3", lambda: bs.Material("tuff", unit_weight=12)),
-        (UNIT, "'tuff' density 1800", lambda: bs.Material("tuff", density=1800.0)),
         (UNIT, "'j' friction_angle 30", lambda: bs.JointMaterial("j", friction_angle=30)),
-        (UNIT, "'j' cohesion 0.1", lambda: bs.JointMaterial("j", 0.6, cohesion=0.1)),
-        (UNIT, "'b' origin", lambda: bs.Block.box("b", [0, 0, 0], Q_([1, 1, 1], "m"), STONE)),
-        (UNIT, "'b' vertices", lambda: bs.Block.from_faces("b", CUBE, FACES, STONE)),
         (UNIT, "'b' force", lambda: bs.PointLoad("b", ORIGIN, [1, 0, 0])),
-        (UNIT, "'b' moment", lambda: bs.Moment("b", [1, 0, 0])),
-        (UNIT, "'i' polygon", lambda: bs.Interface("i", "a", "b", CUBE[:4], JOINT)),
         (UNIT, "tolerance 0.001", lambda: bs.detect_interfaces([], JOINT, tolerance=0.001)),
         (UNIT, "'tuff' 2 numbers", lambda: bs.Material("tuff", Q_([1, 2], "kN/m^3"))),
-        (UNIT, "'j' 2 numbers", lambda: bs.JointMaterial("j", [0.1, 0.2])),
         (UNIT, "'j' True", lambda: bs.JointMaterial("j", True)),
         # The text is not a quantity.
         *(
@@ -52,8 +46,6 @@ def settings(**values):
                 ("heavy", "'heavy'"),
                 ("12 9**9**9", "9**9**9"),
                 ("12 kN/(m", "kN/(m"),
-                ("12 +++", "+++"),
-                ("1e 5 kN", "1e"),
                 ("", "quantity"),
                 ("12,5 kN/m^3", "12,5 '12.5 kN/m^3'"),
                 ("__import__('os') kN/m^3", "quantity"),
@@ -61,41 +53,27 @@ def settings(**values):
             ]
         ),
         (UNIT, "[1, 0, 0", lambda: bs.BodyForce("[1, 0, 0")),
-        (UNIT, "'j' 0,65", lambda: bs.JointMaterial("j", "0,65")),
         # To pint a ton is 907 kg.
         (UNIT, "'tuff' 1000 907 'tf'", lambda: bs.Material("tuff", density="1.8 ton/m^3")),
-        (UNIT, "'tuff' 'US_force_ton'", lambda: bs.Material("tuff", Q_(1.8, "ton_force/m^3"))),
-        (UNIT, "'b' force 907", lambda: bs.PointLoad("b", ORIGIN, "[0, 0, -2] kiloton_force")),
         # The dimension is wrong, or the value is not finite.
         (DIMENSION, "'tuff' kilonewton force/volume", lambda: bs.Material("tuff", Q_(12, "kN/m^2"))),
-        (DIMENSION, "'tuff' force/volume", lambda: bs.Material("tuff", Q_(12, "degC"))),
         (DIMENSION, "'tuff' finite", lambda: bs.Material("tuff", Q_(math.nan, "kN/m^3"))),
-        (DIMENSION, "'j' friction_coefficient meter", lambda: bs.JointMaterial("j", Q_(0.6, "m"))),
-        (DIMENSION, "'b' origin second", lambda: bs.Block.box("b", Q_([0, 0, 0], "s"), Q_([1, 1, 1], "m"), STONE)),
         (DIMENSION, "'b' origin 2 three", lambda: bs.Block.box("b", Q_([0, 0], "m"), Q_([1, 1, 1], "m"), STONE)),
-        (DIMENSION, "'b' size finite", lambda: bs.Block.box("b", ORIGIN, Q_([1, math.inf, 1], "m"), STONE)),
         (DIMENSION, "BodyForce direction finite", lambda: bs.BodyForce((1, math.nan, 0))),
         # To pint an angle is a number: 35 degrees would pass for a friction coefficient of 0.61.
         (DIMENSION, "'j' friction_coefficient '35 deg'", lambda: bs.JointMaterial("j", "35 deg")),
-        (DIMENSION, "'j' friction_coefficient radian", lambda: bs.JointMaterial("j", Q_(0.6, "rad"))),
-        (DIMENSION, "'j' friction_coefficient '3 dB'", lambda: bs.JointMaterial("j", "3 dB")),
-        (DIMENSION, "'j' friction_angle", lambda: bs.JointMaterial("j", friction_angle="0.65")),
         (DIMENSION, "'j' friction_angle", lambda: bs.JointMaterial("j", friction_angle=Q_(0.65, ""))),
         (DIMENSION, "'j' dilatancy_angle", lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="0.1 dimensionless")),
         # The value has no mechanical meaning.
         (MODEL, "'tuff' unit_weight density", lambda: bs.Material("tuff")),
-        (MODEL, "'tuff' unit_weight density", lambda: bs.Material("tuff", "1 N/m^3", density="1 kg/m^3")),
         (MODEL, "'tuff' unit_weight -1", lambda: bs.Material("tuff", "-1 N/m^3")),
         (MODEL, "material '' name", lambda: bs.Material("", "1 N/m^3")),
         (MODEL, "'j' friction_coefficient friction_angle", lambda: bs.JointMaterial("j")),
-        (MODEL, "'j' friction_coefficient -0.1", lambda: bs.JointMaterial("j", -0.1)),
         (MODEL, "'j' friction_coefficient 35 10 friction_angle", lambda: bs.JointMaterial("j", 35)),
         (MODEL, "'j' friction_angle 90°", lambda: bs.JointMaterial("j", friction_angle="90 deg")),
         (MODEL, "'j' dilatancy_angle 40° 26.5651°", lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="40 deg")),
-        (MODEL, "'j' tensile_strength -1", lambda: bs.JointMaterial("j", 0.5, tensile_strength="-1 Pa")),
         (MODEL, "'j' tensile_strength cohesion", lambda: bs.JointMaterial("j", 0.5, tensile_strength="1 Pa")),
         (MODEL, "'j' compressive_strength 0", lambda: bs.JointMaterial("j", 0.5, compressive_strength="0 MPa")),
-        (MODEL, "'j' normal_stiffness 0 Pa/m", lambda: bs.JointMaterial("j", 0.5, normal_stiffness="0 Pa/m")),
         (MODEL, "'j' torsion 'none' 'corners'", lambda: bs.JointMaterial("j", 0.5, torsion="none")),
         (MODEL, "'b' fixed 'no' True", lambda: bs.Block.box("b", ORIGIN, Q_([1, 1, 1], "m"), STONE, fixed="no")),
         (MODEL, "'b' material 'tuff' Material", lambda: bs.Block("b", box("x").shape, "tuff")),
@@ -104,13 +82,13 @@ def settings(**values):
         (MODEL, "BodyForce direction 'y' +x, -x, +y", lambda: bs.BodyForce("y")),
         (MODEL, "BodyForce share 0", lambda: bs.BodyForce("+x", share=0)),
         (MODEL, "'p' loads SelfWeight() list", lambda: bs.LoadPattern("p", bs.SelfWeight())),
-        (MODEL, "'p' loads 'weight' SelfWeight", lambda: bs.LoadPattern("p", ["weight"])),
+        (MODEL, "'p' loads 1 meter", lambda: bs.LoadPattern("p", Q_(1.0, "m"))),
         (MODEL, "'p' SelfWeight 3", lambda: bs.LoadPattern("p", [bs.SelfWeight()] * 3)),
         (MODEL, "'c' dead LoadPattern", lambda: bs.LimitCase("c", bs.SelfWeight(), push(1, 0, 0))),
         (MODEL, "'c' flow 'dilatant' 'associative'", lambda: bs.LimitCase("c", SELF_WEIGHT, SELF_WEIGHT, "dilatant")),
         (MODEL, "'m' interfaces 'found'", lambda: bs.Model("m", [box("a")], "found")),
-        (MODEL, "'m' blocks list", lambda: bs.Model("m", bs.detect_interfaces([], JOINT), [])),
         (MODEL, "'m' Model", lambda: bs.AnalysisManager("m")),
+        (MODEL, "'m' blocks list", lambda: bs.Model("m", bs.detect_interfaces([], JOINT), [])),
         (MODEL, "tolerance 0 m", lambda: bs.detect_interfaces([], JOINT, tolerance="0 m")),
         (MODEL, "'lime' JointMaterial", lambda: bs.detect_interfaces([], "lime")),
         (MODEL, "relaxation 2.0", lambda: settings(relaxation=2.0)),
@@ -131,11 +109,6 @@ def test_errors_are_builtin_errors():
     assert issubclass(UNKNOWN, KeyError)
 
 
-@pytest.mark.parametrize(("unit", "expected"), [("t", 9806.65), ("US_ton", 8896.443230521)])
-def test_unambiguous_tons_are_accepted(unit, expected):
-    assert bs.Material("tuff", density=f"1 {unit}/m^3").unit_weight == pytest.approx(expected, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     "call",
     [
@@ -143,7 +116,6 @@ def test_unambiguous_tons_are_accepted(unit, expected):
         lambda long: bs.run(bs.Model("m", [box("a")], []), long),
         lambda long: bs.ProcedureSettings(numerics=bs.Numerics(solver=long)),
         lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), long),
-        lambda long: bs.imports.read_mesh("m.obj", unit="m", material=STONE, up=long),
     ],
 )
 def test_messages_shorten_long_values(call):
@@ -161,7 +133,8 @@ def test_an_unusual_unit_weight_warns_at_the_line_of_the_user(weight):
 
 def test_usual_and_zero_unit_weights_do_not_warn():
     assert [bs.Material("m", w).unit_weight for w in ("0 N/m^3", "5 kN/m^3", "90 kN/m^3")] == [0, 5e3, 9e4]
-    assert bs.Material("m", density="2000 kg/m^3").unit_weight == pytest.approx(19613.3)
+    for unit, weight in (("t", 9806.65), ("US_ton", 8896.443230521)):
+        assert bs.Material("m", density=f"1 {unit}/m^3").unit_weight == pytest.approx(weight, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -176,7 +149,6 @@ def test_usual_and_zero_unit_weights_do_not_warn():
         (CUBE, [*FACES[:-1], [3, 0, 0, 7]], "(3, 0, 0, 7)"),
         (CUBE[:3], FACES[:1], "four points"),
         (np.vstack([CUBE, [9, 9, 9]]), FACES, "[8]"),
-        (CUBE, None, "None"),
         (CUBE, [[0.4, 3, 2, 1], *FACES[1:]], "whole"),
         (CUBE, FACES[:3], "3 faces"),
     ],
@@ -189,10 +161,8 @@ def test_refused_shapes(vertices, faces, words):
 def test_refused_boxes_and_vertices():
     with refused(GEOMETRY, "'b' size 0.0"):
         bs.Block.box("b", ORIGIN, Q_([1, 0, 1], "m"), STONE)
-    corners = CUBE.copy()
-    corners[3, 1] = np.nan
     with refused(GEOMETRY, "'b' vertex 3"):
-        polyhedron(corners, FACES, "b")
+        polyhedron(np.where(np.arange(8) == 3, np.nan, CUBE.T).T, FACES, "b")
 
 
 @pytest.mark.parametrize(
@@ -202,9 +172,7 @@ def test_refused_boxes_and_vertices():
         ([box("a"), box("b", z=1)], MODEL, "fixed=True"),
         ([box("a", fixed=True)], MODEL, "every fixed"),
         ([box("a", fixed=True), box("b", z=1), box("c", x=9)], MODEL, "floating 1 c tolerance"),
-        ([box("a", fixed=True), box("b", z=1.01)], MODEL, "floating b"),
         ([box("a", fixed=True), box("b", z=0.5)], GEOMETRY, "'a' 'b' 0.5 m"),
-        ([box("a", fixed=True), box("b", z=1), box("c", x=0.25, z=1.0)], GEOMETRY, "'b' 'c' 0.75 m"),
         (
             [box("a", fixed=True), bs.Block("b", box("b", z=1).shape, bs.Material("stone", "21 kN/m^3"))],
             MODEL,
@@ -242,7 +210,6 @@ def test_interfaces_need_an_area_and_a_plane(polygon, words):
     [
         ([SQUARE[::-1]], "'i0' counter-clockwise"),
         ([np.add(SQUARE, [5, 0, 3])], "'i0' face"),
-        ([(SQUARE - 0.5) * [10, 10, 1] + 0.5], "'i0' face"),
         ([SQUARE[:, [2, 0, 1]]], "'i0' face"),
         ([SQUARE, SQUARE * [0.5, 1, 1]], "'i0' 'i1' area"),
         # A spike, with a small area or none, would move the lever to its tip.
@@ -256,42 +223,14 @@ def test_interfaces_must_fit_their_blocks(polygons, words):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], interfaces)
 
 
-@pytest.mark.parametrize(("tip", "fits"), [(0.06, False), (0.01, False), (0.002, True)])
+@pytest.mark.parametrize(("tip", "fits"), [(0.01, False), (0.002, True)])
 def test_the_limit_of_a_spike_is_relative_to_the_width_of_the_joint(tip, fits):
     """5 m × 0.3 m: with 60 mm more the lever across it would be 0.21 m and not 0.15 m."""
     blocks = [structures.box(name, [0, 0, z], [5, 0.3, 1], fixed=z == 0) for z, name in enumerate("ab")]
     spike = [[2.51, 0.3, 1], [2.5, 0.3 + tip, 1], [2.49, 0.3, 1]]
     joint = interface([[0, 0, 1], [5, 0, 1], [5, 0.3, 1], *spike, [0, 0.3, 1]])
-    if fits:
+    with nullcontext() if fits else refused(GEOMETRY, f"'i' corner {tip} m"):
         bs.Model("m", blocks, [joint])
-    else:
-        with refused(GEOMETRY, f"'i' corner {tip} m"):
-            bs.Model("m", blocks, [joint])
-
-
-def test_an_interface_may_exceed_its_face_by_rounding():
-    joint = interface((SQUARE - 0.5) * [1.004, 1.004, 1] + 0.5)
-    assert len(bs.Model("m", [box("a", fixed=True), box("b", z=1)], [joint]).interfaces) == 1
-
-
-def test_an_interface_must_lie_on_the_face_and_not_only_in_its_bounding_box():
-    """A square on edge in plan: the box around it has twice its area."""
-    turn = np.array([[1, -1, 0], [1, 1, 0], [0, 0, np.sqrt(2)]]) / np.sqrt(2)
-    stone = bs.Block.from_faces("b", Q_((CUBE - [0.5, 0.5, 0]) @ turn.T + [0, 0, 1], "m"), FACES, STONE)
-    ground = bs.Block.box("a", Q_([-2, -2, 0], "m"), Q_([4, 4, 1], "m"), STONE, fixed=True)
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(2)
-    with refused(GEOMETRY, "'i' 'b' 1 of its 2 m^2"):
-        bs.Model("m", [ground, stone], [interface(np.column_stack([corners, np.ones(4)]))])
-
-
-def test_an_interface_above_its_face_is_refused():
-    ground = bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([30, 10, 1], "m"), STONE, fixed=True)
-    cube = bs.Block.box("cube", Q_([10, -5, 0], "m"), Q_([10, 10, 10], "m"), STONE)
-    tile = bs.Block.box("tile", Q_([0, 0, 0.7], "m"), Q_([0.2, 0.2, 0.05], "m"), STONE)
-    between = interface(SQUARE * [0.2, 0.2, 0.35], "tile", "air", "ground")
-    found = bs.detect_interfaces([ground, cube, tile], JOINT, explicit=[between])
-    with refused(GEOMETRY, "'air' 'ground' 0 of its 0.04 m^2 0.01 m"):
-        bs.Model("m", [ground, cube, tile], found.interfaces)
 
 
 def test_interfaces_join_known_blocks_that_are_not_both_supports():
@@ -301,10 +240,6 @@ def test_interfaces_join_known_blocks_that_are_not_both_supports():
     found = bs.detect_interfaces(blocks, JOINT)
     with refused(MODEL, "'i' 'a' 'c' supports"):
         bs.Model("m", blocks, [*found.interfaces, interface(SQUARE[:, [2, 0, 1]], "c")])
-
-
-def test_a_polygon_in_millimetres():
-    assert bs.Interface("i", "a", "b", Q_(1000 * SQUARE, "mm"), JOINT).area == pytest.approx(1.0)
 
 
 def test_a_slight_penetration_is_a_contact_or_an_error():

@@ -8,7 +8,7 @@ import blockstruct as bs
 import structures
 from blockstruct import Q_
 from structures import push, solve
-from warped import STONE, warped_vault
+from warped import warped_vault
 
 DRY = bs.JointMaterial("dry", 0.7)
 GROUND = structures.box("ground", [-1, -1, -1], [4, 3, 1], fixed=True)
@@ -23,6 +23,7 @@ def test_penetration_within_the_tolerance_of_detection_is_accepted():
     found = bs.detect_interfaces(blocks, DRY, tolerance="1 cm")
     assert found.report.overlaps == ()
     model = bs.Model("wall", blocks, found)
+    assert found.overlaps_of(blocks[:2], 0.01) is None
     assert [i.name for i in model.interfaces] == ["ground|a", "ground|b", "a|b"]
     assert model.detection is found.report
     assert bs.Model("wall", blocks=blocks, interfaces=found).hash == model.hash
@@ -50,28 +51,6 @@ def test_supports_that_overlap_are_reported_and_accepted(depth, tolerance):
     shared = [] if tolerance and depth < 1e-3 else [("ground", "pier")]
     assert [o[:2] for o in found.report.overlaps] == shared
     assert len(bs.Model("pier", blocks, found).interfaces) == 1
-
-
-def test_a_contact_rejected_by_area_is_not_an_overlap():
-    # The upper block reaches 5 mm over its neighbour, and 2 mm into it.
-    blocks = [GROUND, box("a", [0, 0, 0]), box("b", [0.3, 0, 0]), box("c", [0.295, 0, 0.298])]
-    found = bs.detect_interfaces(blocks, DRY, "4 mm", area_tolerance="20 cm^2")
-    assert {(c.minus, c.plus) for c in found.report.contacts if c.reason == "area"} == {("a", "c")}
-    model = bs.Model("wall", blocks, found)
-    assert [i.name for i in model.interfaces] == ["ground|a", "ground|b", "a|b", "b|c"]
-
-
-def test_deviation_of_a_face_from_its_mean_plane_is_not_an_overlap():
-    """The contact lies within the tolerance of the mean planes, one corner does not."""
-    warped = box("big", [0, 0, 0], (3, 3, 3)).shape.vertices.copy()
-    warped[6, 2] += 0.02
-    big = bs.Block.from_faces("big", Q_(warped, "m"), GROUND.shape.faces, STONE)
-    small = [box(f"{x}{y}", [x, y, 3.0]) for x in (0, 2.7) for y in (0, 2.7)]
-    base = box("base", [-1, -1, -1], [5, 5, 1], fixed=True)
-    found = bs.detect_interfaces([base, big, *small], DRY, "1.6 cm")
-    assert found.report.overlaps == ()
-    assert found.report.accepted == 5
-    bs.Model("table", [base, big, *small], found)
 
 
 def check_that_the_model_accepts(blocks, tolerance, angle):
@@ -104,17 +83,6 @@ def test_a_model_accepts_detections_of_a_warped_vault(warp, noise):
     made = [check_that_the_model_accepts(blocks, t, a) for t in tolerances for a in ("6 deg", "40 deg")]
     assert made[-1]
     assert not made[0]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12))
-def test_a_model_accepts_detections_of_many_shells(seed):
-    rng = np.random.default_rng(seed)
-    shape = {"stones": int(rng.integers(5, 9)), "rows": int(rng.integers(2, 4)), "thickness": rng.uniform(0.1, 0.4)}
-    blocks = warped_vault(**shape, warp=10 ** rng.uniform(-5, -1.2), noise=10 ** rng.uniform(-6, -2), seed=seed)
-    for tolerance in ("0.01 mm", "1 mm", "5 mm", "2 cm", "6 cm"):
-        for angle in ("1 deg", "6 deg", "20 deg", "44 deg"):
-            check_that_the_model_accepts(blocks, tolerance, angle)
 
 
 def test_a_warped_vault_has_a_certified_load_factor():
@@ -159,15 +127,10 @@ def test_an_interface_may_be_in_a_wide_joint_but_not_in_a_block(gap, height, ref
         bs.Model("block", blocks, [bed])
 
 
-@pytest.mark.parametrize("times", [2, 3])
-@pytest.mark.parametrize("corner", [0, 2])
-def test_a_repeated_corner_counts_once(corner, times):
+def test_a_repeated_corner_counts_once():
     corners = [[0, 0, 0], [0.3, 0, 0], [0.3, 0.3, 0], [0, 0.3, 0]]
-    given = corners[corner:] + corners[: corner + 1] + [corners[corner]] * (times - 2)
-    bed = bs.Interface("bed", "ground", "a", Q_(given, "m"), DRY)
+    bed = bs.Interface("bed", "ground", "a", Q_([*corners, corners[0], corners[0]], "m"), DRY)
     assert sorted(bed.polygon.tolist()) == sorted(corners)
-    with pytest.raises(bs.errors.GeometryError, match="no area"):
-        bs.Interface("bed", "ground", "a", Q_([corners[0]] * 3, "m"), DRY)
 
 
 def crossing_piers():
@@ -181,16 +144,14 @@ def test_the_recommended_area_tolerance_removes_slivers():
     blocks = crossing_piers()
     found = bs.detect_interfaces(blocks, DRY, area_tolerance="1 mm^2")
     report = found.report
-    assert {frozenset((c.minus, c.plus)) for c in report.accepted_slivers} == {frozenset(("p0", "p2"))}
     (sliver,) = report.accepted_slivers
-    assert sliver.area == pytest.approx(2e-4)
-    assert report.sliver_tolerance == pytest.approx(2.1e-4)
+    assert {sliver.minus, sliver.plus} == {"p0", "p2"}
+    assert (sliver.area, report.sliver_tolerance) == pytest.approx((2e-4, 2.1e-4))
     assert "an area tolerance of 0.00021 m^2 leaves them out" in str(report)
     table = report.table()
     assert table.loc[table["finding"] == "accepted sliver", "area"].item() == sliver.area
     without = bs.detect_interfaces(blocks, DRY, area_tolerance=Q_(report.sliver_tolerance, "m^2"))
-    assert without.report.accepted_slivers == ()
-    assert without.report.sliver_tolerance == 0.0
+    assert (without.report.accepted_slivers, without.report.sliver_tolerance) == ((), 0.0)
     names = {i.name for i in bs.Model("piers", blocks, without).interfaces}
     assert {i.name for i in found.interfaces} - names == {sliver.interface}
 

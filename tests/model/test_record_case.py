@@ -28,11 +28,10 @@ def test_a_record_along_a_direction_and_along_the_axes():
     ("changes", "error", "told"),
     [
         ({"acceleration": Q_([0.0, np.nan, 0.0], "g_0")}, bs.errors.DimensionError, "sample 1"),
-        ({"acceleration": Q_([0.0, 0.3, 0.0], "g")}, bs.errors.DimensionError, "acceleration"),
         ({"acceleration": [0.0, 0.3, 0.0]}, bs.errors.UnitError, "unit"),
+        ({"acceleration": Q_([0.0, 0.3, 0.0], "g")}, bs.errors.DimensionError, "acceleration"),
         ({"acceleration": Q_([0.3], "g_0")}, bs.errors.ModelError, "shape"),
         ({"time": Q_([0.0, 0.2, 0.1], "s")}, bs.errors.ModelError, "sample 2"),
-        ({"time": Q_([0.0, 0.2, 0.2], "s")}, bs.errors.ModelError, "sample 2"),
         ({"time": Q_([0.0, 0.2], "s")}, bs.errors.ModelError, "2 times and 3"),
         (
             {"acceleration": Q_(np.full(30, 0.1), "g_0"), "time": Q_([*np.arange(20), *np.arange(25, 35)], "s") / 100},
@@ -40,10 +39,8 @@ def test_a_record_along_a_direction_and_along_the_axes():
             "no samples from 0.19 to 0.25 s",
         ),
         ({"time": "0 s"}, bs.errors.ModelError, "more than zero"),
-        ({"time": "1 m"}, bs.errors.DimensionError, "time"),
         ({"direction": None}, bs.errors.ModelError, "direction"),
         ({"acceleration": Q_(np.zeros((3, 3)), "g_0")}, bs.errors.ModelError, "leave the direction out"),
-        ({"interval": "-1 s"}, bs.errors.ModelError, "more than zero"),
     ],
 )
 def test_what_is_wrong_is_named(changes, error, told):

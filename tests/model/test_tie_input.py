@@ -68,19 +68,13 @@ BOTH = "yield_force area strength"
             (MODEL, f"'tie' {words}", lambda quantities=quantities: tie(LEFT, RIGHT, **quantities))
             for words, quantities in [
                 ("yield_force 0 N", {"yield_force": "0 kN"}),
-                ("yield_force -1 kN", {"yield_force": "-1 kN"}),
-                ("strength 0 Pa", {"area": "1 cm^2", "strength": "0 MPa"}),
-                (BOTH, {"punching_force": "1 kN"}),
                 (BOTH, {"area": "1 cm^2"}),
                 (BOTH, {"yield_force": "1 kN", "area": "1 cm^2", "strength": "1 MPa"}),
                 ("prestress 2 kN 1 kN bond", {"yield_force": "5 kN", "bond_force": "1 kN", "prestress": "2 kN"}),
-                ("prestress -1 kN", {"yield_force": "5 kN", "prestress": "-1 kN"}),
-                ("elongation_limit 0 m", {"yield_force": "5 kN", "elongation_limit": "0 mm"}),
                 ("elongation_limit 1e-10 m", {"yield_force": "5 kN", "elongation_limit": "1e-10 m"}),
             ]
         ),
         (MODEL, "'tie' start block point", lambda: tie("left", RIGHT)),
-        (bs.errors.UnitError, "'tie' yield_force 40", lambda: tie(LEFT, RIGHT, yield_force=40)),
         (bs.errors.DimensionError, "'tie' strength", lambda: tie(LEFT, RIGHT, area="1 cm^2", strength="4 kN")),
         (MODEL, "'bar' bond_strength 0 Pa", lambda: bar(ORIGIN, BEYOND, bond_strength="0 MPa")),
         (MODEL, "'bar' yield_force strength", lambda: bar(ORIGIN, BEYOND, strength="200 MPa")),
@@ -109,7 +103,6 @@ def test_ties_of_a_model_have_unique_names(pair):
 @pytest.mark.parametrize(
     ("start", "end", "blocks"),
     [
-        ([0, 0.5, 5], [3, 0.5, 5], "no block"),
         ([0.2, 0.5, 0.5], [1.5, 0.5, 0.5], "'left'"),
         ([0.5, 0.5, -0.5], [0.5, 2.5, -0.5], "'ground', 'rock'"),
         # In the joint between the support and the blocks it is inside no block.
@@ -148,26 +141,20 @@ def test_segments_inside_a_body_that_is_not_convex():
 def test_segments_contain_the_whole_cross_section():
     cube = polyhedron(*box((0, 0, 0), (1, 1, 1)), "cube")
     # Perpendicular to two faces: from face to face, unless a side face is too near.
-    for z, stretches in ((0.1001, [(1.0, 2.0)]), (0.1, []), (0.05, []), (0.9001, []), (0.8999, [(1.0, 2.0)])):
+    for z, stretches in ((0.1001, [(1.0, 2.0)]), (0.1, []), (0.9001, []), (0.8999, [(1.0, 2.0)])):
         assert stretches_inside(cube, np.array([-1, 0.5, z]), np.array([3, 0.5, z]), 0.1) == stretches
     # At 30° to two faces the rim of the cross-section enters r tan 30° after the axis, and leaves r tan 30° before it.
-    d = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6), 0])
-    middle = np.array([0.5, 0.5, 0.5])
+    d, middle = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6), 0]), np.array([0.5, 0.5, 0.5])
     (stretch,) = stretches_inside(cube, middle - 2 * d, middle + 2 * d, 0.1)
     half = 0.5 / np.cos(np.pi / 6) - 0.1 * np.tan(np.pi / 6)
     np.testing.assert_allclose(stretch, [2 - half, 2 + half])
-    # Next to the inner edge of an L, the cylinder meets the faces at the edge.
-    ell = extruded("L", [(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)], 0.0, 1.0).shape
-    found = stretches_inside(ell, np.array([-1, 0.95, 0.5]), np.array([4, 0.95, 0.5]), 0.1)
-    np.testing.assert_allclose(found, [(1, 2)])
 
 
-@pytest.mark.parametrize("degrees", [7, 13, 40])
+@pytest.mark.parametrize("degrees", [7, 40])
 def test_a_bar_in_rounded_head_joints_of_a_turned_wall_is_not_bonded_to_their_blocks(tuff, degrees):
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
-    wall = bs.courses([[1, 1], [0.5, 1, 0.5], [1, 1]], **size, material=tuff)
     R = rotation((0, 0, 1), np.radians(degrees))
-    blocks = moved(wall, R)
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
+    blocks = moved(bs.courses([[1, 1], [0.5, 1, 0.5], [1, 1]], **size, material=tuff), R)
     x, y, _ = np.round(R @ (0.4, 0.15, 0), 3)
     segments = bs.ties.tie_segments([bar([x, y, -0.1], [x, y, 0.6])], blocks)
     assert [s.blocks for s in segments] == [("base", "2.2")]
@@ -199,14 +186,11 @@ def test_prestress_needs_a_dead_load(pair):
         bs.AnalysisManager(tied).run([case])
 
 
-@pytest.mark.parametrize("off", [-1e-9, -1e-16, 0.0, 1e-16, 1e-9])
-def test_rounding_does_not_move_a_bar_from_a_joint_into_a_block(tuff, dry, off):
+@pytest.mark.parametrize("off", [-1e-9, 0.0, 1e-16, 1e-9])
+def test_rounding_does_not_move_a_bar_from_a_joint_into_a_block(tuff, off):
     # Two units on a support, and a unit over their joint: in the joint the bar is not bonded.
-    corners = {"base": [0, 0, -0.2], "1.1": [0, 0, 0], "1.2": [0.3, 0, 0], "2.1": [0.15, 0, 0.2]}
-    sizes = {"base": [0.6, 0.2, 0.2]}
-    blocks = [
-        bs.Block.box(name, Q_(at, "m"), Q_(sizes.get(name, [0.3, 0.2, 0.2]), "m"), tuff, fixed=name == "base")
-        for name, at in corners.items()
-    ]
-    model = model_of(blocks, dry).with_ties([bar([0.3 + off, 0.1, -0.1], [0.3 + off, 0.1, 0.4])])
-    assert [s.blocks for s in bs.ties.tie_segments(model.ties, model.blocks)] == [("base", "2.1")]
+    blocks = bs.courses(
+        [[1, 1], [0.5, 1, 0.5]], unit_length="0.3 m", unit_height="0.2 m", thickness="0.2 m", material=tuff
+    )
+    crossed = bs.ties.tie_segments([bar([0.3 + off, 0.1, -0.1], [0.3 + off, 0.1, 0.4])], blocks)
+    assert [s.blocks for s in crossed] == [("base", "2.2")]

@@ -12,52 +12,23 @@ from refusals import refused
 
 
 @pytest.mark.parametrize(
-    ("text", "unit"),
-    [
-        ("1 newton / meter ** 3", "N/m**3"),
-        ("1 kN / m ^ 3", "kN/m**3"),
-        ("1 1 / meter ** 2", "1/m**2"),
-        ("1 meter ** -1", "1/m"),
-        ("1 megapascal * meter ** 0.5", "MPa*m**0.5"),
-        ("1 meter**-1.5", "1/m**1.5"),
-    ],
-)
-def test_powers_of_units_with_spaces_and_fractions(text, unit):
-    assert units.parse(text, "value") == Q_(1.0, unit)
-
-
-@pytest.mark.parametrize(
     ("typed", "unit"),
     [
         ("kN/m3", "kN/m**3"),
-        ("KN/m3", "kN/m**3"),
-        ("kN/m³", "kN/m**3"),
-        ("kg/m3", "kg/m**3"),
+        ("KN/m³", "kN/m**3"),
         ("kN m-3", "kN/m**3"),
         ("N/mm2", "N/mm**2"),
-        ("KPa", "kPa"),
         ("kgf/cm2", "kgf/cm**2"),
         ("kNm", "kN*m"),
-        ("KNm/m", "kN*m/m"),
         ("kN·m", "kN*m"),
-        ("MPa", "MPa"),
         ("K", "K"),
+        ("newton / meter ** 3", "N/m**3"),
+        ("megapascal * meter ** 0.5", "MPa*m**0.5"),
+        ("meter**-1.5", "1/m**1.5"),
     ],
 )
 def test_units_are_read_as_engineers_type_them(typed, unit):
     assert units.parse(f"1 {typed}", "value") == Q_(1.0, unit)
-
-
-@pytest.mark.parametrize("typed", ["12 kN/m2", "12 KN/m2", "12 MPa"])
-def test_errors_show_the_unit_as_it_was_typed(typed):
-    with refused(bs.errors.DimensionError, f"'{typed}' unit_weight 'tuff'"):
-        bs.Material("tuff", typed)
-
-
-@pytest.mark.parametrize("unit", ["kN/m**3", "1/m**2", "1/m", "MPa*m**0.5", "m/s**2", "g_0", "kg*m**2/s**2"])
-def test_the_text_of_a_quantity_reads_back(unit):
-    value = Q_(2.5, unit)
-    assert units.parse(f"{value.magnitude!r} {value.units}", "value") == value
 
 
 @pytest.mark.parametrize("unit", ["m ** 9 ** 9", "m ** 99", "m ** (2)", "m * * 2", "m ** n", "m ** 0.5.5", "m ** 1e5"])
@@ -100,12 +71,8 @@ def test_objects_print_their_units(thing, text):
     [
         (STONE, "unit_weight", Q_(12, "kN/m^3")),
         (LIME, "compressive_strength", Q_(4, "MPa")),
-        (LIME, "shear_stiffness", Q_(float("inf"), "Pa/m")),
-        (BLOCK, "volume", Q_(1, "m^3")),
         (BLOCK, "weight", Q_(12, "kN")),
         (bs.Interface("i", "a", "b", POLYGON, LIME), "area", Q_(1, "m^2")),
-        (BAR, "capacity", Q_(40, "kN")),
-        (bs.Moment("b", "[1, 0, 0] kN*m"), "moment", Q_([1, 0, 0], "kN*m")),
         (BAR, "start", Q_([0, 0, 3], "m")),
         (bs.SettlementCase("s", PATTERN, "b", "-z", about="[1, 2, 3] m"), "about", Q_([1, 2, 3], "m")),
         (PUSHOVER, "corner_rounding", Q_(2, "cm")),

@@ -7,7 +7,6 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.views import analysis_summary, result_text, summary_table
-from blockstruct.views.page.html import payload
 from blockstruct.views.report.contents import contents
 from blockstruct.views.words import admissible_words
 from structures import SELF_WEIGHT, model_of, push, settings_of, single_block, solve
@@ -27,24 +26,6 @@ def test_a_spread_gives_the_range_of_the_path_and_never_moves_the_headline(every
     }
     assert spread.upper_bound.load_factor == pytest.approx(given.associative_load_factor, rel=1e-6)
     assert given.headline.lowest == given.path_dependence[0]
-
-
-def test_every_room_shows_the_same_sentence(every_schedule, small_model, dead):
-    given = every_schedule["push"]
-    sentence = str(given.headline)
-    assert str(given) == f"push: {sentence}"
-    assert sentence in str(every_schedule)
-    assert given.headline.text(6) in given._repr_html_()
-    head = analysis_summary(every_schedule)["headlines"]["push"]
-    assert (head["text"], head["load_factor"]) == (sentence, given.load_factor)
-    shown = payload(every_schedule)["cases"][0]["head"]
-    assert shown["number"] == given.headline.number == contents(every_schedule, {})["results"][0]["number"]
-    settings = settings_of(procedure="fictitious", max_programs=1)
-    without = bs.run(small_model, bs.LimitCase("push", dead, push(1, 0, 0)), settings=settings)
-    texts = [str(without), repr(without), repr(without["push"]), without._repr_html_()]
-    texts += [str(cell) for column in summary_table(without).columns for cell in column.cells]
-    assert [text for text in texts if "nan" in text] == []
-    assert "none" in texts
 
 
 def test_every_text_marks_an_unsettled_load_factor(small_model, blank_pictures):
@@ -88,19 +69,6 @@ def test_few_joints_are_active_and_the_first_dissipates_most(every_schedule):
     weight = np.array([0.0 if b.fixed else b.weight for b in every_schedule.model.blocks])
     falls = -(weight * last.block_velocity.sel(axis="z").to_numpy()).sum()
     assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=1e-2)
-
-
-def test_joints_at_rest_are_not_active(small_analysis):
-    history = small_analysis["push nonassociative"].history
-    slow = history.copy(deep=True)
-    v = slow.relative_velocity.to_numpy()
-    fastest = int(np.argmax(np.abs(v[-1]).max(axis=1)))
-    joint = slow.interface_of_contact_point.to_numpy()[fastest]
-    # Every other joint moves at half a percent of the fastest.
-    others = slow.interface_of_contact_point.to_numpy() != joint
-    v[-1, others] = 0.005 * np.abs(v[-1]).max() * np.sign(v[-1, others])
-    assert list(bs.results.active_joints(slow).index) == [slow.interface.to_numpy()[joint]]
-    assert len(bs.results.active_joints(slow, tolerance=1e-4)) > 1
 
 
 def test_a_block_that_rocks_has_an_active_hinge_that_dissipates_nothing():

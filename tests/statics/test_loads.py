@@ -7,7 +7,7 @@ import shapely
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.statics import carried_weights, wrenches
-from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation, single_block, solve
+from structures import STONE, box, model_of, moved, push, rotation, single_block, solve
 
 DRY, GROUND = bs.JointMaterial("dry", 0.7), box("ground", [-1, -1, -1], [4, 4, 1], fixed=True)
 
@@ -267,15 +267,9 @@ def test_weights_move_with_the_structure():
     np.testing.assert_allclose(far, one, rtol=1e-9, atol=1e-6)
 
 
-def test_self_weight_alone_is_as_before():
-    model = model_of(*single_block(0.5, 2.0))
-    np.testing.assert_array_equal(wrenches(model, SELF_WEIGHT)[:, 3:], 0.0)
-
-
 @pytest.mark.parametrize(
     ("load", "words"),
     [
-        (bs.Weight("nobody", ["0 m"] * 3, "1 kN"), "'nobody', which model 'model' does not have"),
         (bs.Weight("block", ["3 m", "0 m", "0 m"], "1 kN"), "in plan outside the block, which reaches from"),
         (bs.LineLoad("1 kN/m", ["0 m", "0 m", "9 m"], ["1 m", "0 m", "9 m"]), "no upper face of a block at z = 9 m"),
         (bs.LineLoad("1 kN/m", ["0 m", "0 m", "2 m"], ["1 m", "0 m", "2 m"]), "below 50.0% of its 1 m at z = 2 m"),
@@ -283,7 +277,6 @@ def test_self_weight_alone_is_as_before():
         (bs.AreaLoad("1 kPa", ["5 m", "5 m", "2 m"], ["6 m", "6 m", "2 m"]), "over no upper face"),
         (bs.AreaLoad("1 kPa", ["0 m", "0 m", "2 m"], ["1 m", "1 m", "2 m"], block="ground"), "over no upper face"),
         (bs.FillLoad("1 kN/m^3", ["5 m", "5 m", "2 m"], ["6 m", "6 m", "3 m"]), "no face below it that looks up"),
-        (bs.FaceLoad("block", 9, pressure="1 kPa"), "which has faces 0..5"),
     ],
     ids=lambda v: type(v).__name__,
 )  # fmt: skip

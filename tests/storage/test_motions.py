@@ -64,30 +64,12 @@ def test_written_and_read(model, whole, tmp_path):
     assert read.capacity["position"].attrs["units"] == "meter"
 
 
-def test_an_interrupted_run_goes_on_where_it_was(model, whole, tmp_path):
-    path = tmp_path / "run.h5"
-    manager = bs.AnalysisManager(model, path, listeners=[stopping(StepDone, at=4)])
-    result = manager.run([CASE])["push"]
-    assert result.status == "interrupted"
-    assert result.capacity.sizes["step"] == 5
-    heard = []
-    done = bs.AnalysisManager.resume(path, listeners=[heard.append])["push"]
-    assert done.status == "converged"
-    assert same(done.capacity, whole.capacity)
-    steps = [e.index for e in heard if isinstance(e, StepDone)]
-    assert steps == list(range(whole.capacity.sizes["step"]))
-    # Those that were known took no time.
-    times = done.capacity["solver_time"].to_numpy()[:5]
-    assert times.tolist() == result.capacity["solver_time"].to_numpy().tolist()
-    assert bs.open_analysis(path)["push"].capacity.identical(done.capacity)
-
-
 def test_a_curve_of_another_model_is_told(model, tmp_path):
     path = tmp_path / "run.h5"
     bs.run(model, CASE, path)
     with edited(path) as file:
         file["cases/push/capacity/block"][0] = "another"
-    with pytest.raises(bs.errors.FormatError, match="block names of the capacity curve"):
+    with pytest.raises(bs.errors.FormatError, match="/capacity: the names along block are not those of /model"):
         bs.open_analysis(path)
 
 
@@ -108,13 +90,6 @@ def test_how_a_curve_ended_is_kept_when_a_later_case_is_killed(tmp_path):
     assert read.capacity.identical(whole.capacity)
     assert str(read.outcome) == str(whole.outcome)
     assert read.curve_outcome.text == whole.curve_outcome.text
-
-
-def test_a_spread_has_one_curve(model):
-    analysis = bs.AnalysisManager(model).run([CASE], spread="steep")
-    assert analysis["push"].capacity is not None
-    assert [name for name, r in analysis.items() if r.capacity is None] == ["push [steep]", "push [associative]"]
-    assert np.isfinite(analysis["push"].capacity["d0"])
 
 
 def slender():
@@ -231,9 +206,8 @@ def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, st
     def keep(event):
         """The working data as a kill would leave them."""
         if isinstance(event, StepDone):
-            copy = tmp_path / f"{event.index}" / "run.h5"
-            shutil.copytree(folder_of(path), folder_of(copy))
-            kept.append(copy)
+            kept.append(tmp_path / f"{event.index}" / "run.h5")
+            shutil.copytree(folder_of(path), folder_of(kept[-1]))
 
     whole = bs.AnalysisManager(model, path, listeners=[keep]).run([case])["push"]
     assert len(kept) == whole.capacity.sizes["step"] > steps

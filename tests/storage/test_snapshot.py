@@ -1,7 +1,6 @@
 """Opening: the seal first, one snapshot, histories when they are looked at, and what is left of a damaged file."""
 
 import gc
-import os
 import shutil
 import warnings
 from pathlib import Path
@@ -107,22 +106,6 @@ def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         bs.open_analysis(copy, verify=False)
-
-
-def test_an_archive_checks_a_seal_once_a_file(copy, small_analysis, monkeypatch):
-    checked = []
-    plain = storage_file.Snapshot._is_sealed
-    monkeypatch.setattr(storage_file.Snapshot, "_is_sealed", lambda self: checked.append(self.path) or plain(self))
-    archive = bs.Archive(copy.parent)
-    for _ in range(2):
-        assert set(archive.table()["problem"]) == {""}
-        archive.history("load_factor > 0")
-    assert checked == [copy]
-    times = copy.stat()
-    with h5py.File(copy, "r+") as file:
-        file["/cases/push associative/load_factor"][...] = 0.8892
-    os.utime(copy, ns=(times.st_atime_ns, times.st_mtime_ns + 1))
-    assert "do not match its seal" in archive.table()["problem"][0]
 
 
 @pytest.mark.parametrize(

@@ -76,23 +76,13 @@ def test_every_kind_of_load_is_stored(small_model, tmp_path):
     assert again["c"].case.dead.loads == tuple(loads)
 
 
-def test_every_kind_of_finding_of_a_detection_is_stored(tuff, dry, tmp_path):
-    def box(name, x, z, *, size=(1, 1, 1), fixed=False):
-        return bs.Block.box(name, Q_([x, 0, z], "m"), Q_(size, "m"), tuff, fixed=fixed)
-
+def test_every_kind_of_finding_of_a_detection_is_stored(dry, tmp_path):
     # The top of the twisted stone, on which nothing stands, is not plane.
-    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (4, 5)], dtype=float)
-    corners[7, 2] += 0.006
-    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-    blocks = [
-        box("ground", -1, -1, size=(11, 1, 1), fixed=True),
-        box("rock", -2, -1, fixed=True),
-        box("far rock", 40, 0, fixed=True),
-        box("left", 0, 0),
-        box("a gap", 1.0015, 0),
-        box("close", 5.05, 0),
-        bs.Block.from_faces("twisted", Q_(corners, "m"), faces, tuff),
-    ]
+    twisted = box("twisted", [4, 0, 0]).shape
+    corners = twisted.vertices + np.where((twisted.vertices == [5, 1, 1]).all(axis=1), 0.006, 0.0)[:, None] * [0, 0, 1]
+    blocks = [box("ground", [-1, 0, -1], [11, 1, 1], fixed=True), box("rock", [-2, 0, -1], fixed=True)]
+    blocks += [box("far rock", [40, 0, 0], fixed=True), box("left", [0, 0, 0]), box("a gap", [1.0015, 0, 0])]
+    blocks += [box("close", [5.05, 0, 0]), bs.Block.from_faces("twisted", Q_(corners, "m"), twisted.faces, STONE)]
     found = bs.detect_interfaces(blocks, dry, tolerance="1 mm")
     report = attrs.evolve(found.report, overlaps=(("left", "a gap", 2e-3),))
     assert {c.reason for c in report.contacts} >= {"", "gap", "supports"}
@@ -106,19 +96,17 @@ def test_every_kind_of_finding_of_a_detection_is_stored(tuff, dry, tmp_path):
     same(analysis, bs.open_analysis(tmp_path / "findings.h5"))
 
 
-def test_a_detection_of_other_blocks_is_refused(small_model, tuff, dry):
-    one = [bs.Block.box("other", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff)]
-    report = bs.detect_interfaces(one, dry).report
-    with pytest.raises(
-        bs.errors.UnknownNameError, match="blocks other, which are not in the model; give the report of these"
-    ):
-        bs.Model("wall", small_model.blocks, small_model.interfaces, detection=report)
-    fewer = [i for i in small_model.interfaces if i.name != "3.1|3.2"]
-    with pytest.raises(bs.errors.UnknownNameError, match=r"interfaces 3\.1\|3\.2, which"):
-        bs.Model("wall", small_model.blocks, fewer, detection=small_model.detection)
+def test_a_detection_of_other_blocks_is_refused(small_model, dry):
+    of_other = bs.detect_interfaces([box("other", [0, 0, 0])], dry).report
     found = bs.detect_interfaces(small_model.blocks, dry)
-    with pytest.raises(bs.errors.ModelError, match=r"detection is a Detection; give found\.report"):
-        bs.Model("wall", small_model.blocks, small_model.interfaces, detection=found)
+    fewer = [i for i in small_model.interfaces if i.name != "3.1|3.2"]
+    for interfaces, detection, error, words in (
+        (small_model.interfaces, of_other, bs.errors.UnknownNameError, "blocks other, which are not in the model"),
+        (fewer, small_model.detection, bs.errors.UnknownNameError, r"interfaces 3\.1\|3\.2, which"),
+        (small_model.interfaces, found, bs.errors.ModelError, r"detection is a Detection; give found\.report"),
+    ):
+        with pytest.raises(error, match=words):
+            bs.Model("wall", small_model.blocks, interfaces, detection=detection)
 
 
 STONE = bs.Material("Tuff – größer", "12 kN/m^3")
@@ -309,11 +297,6 @@ def one_text_many_times(file):
     Path(name).write_bytes(content)
 
 
-def newer_without_versions(file):
-    file.attrs["format_version"] = "3.0"
-    del file.attrs["versions"]
-
-
 HISTORY = "/cases/push associative/history"
 
 
@@ -322,40 +305,30 @@ HISTORY = "/cases/push associative/history"
     [
         (damage("/", "format", "other"), ["/", "'other'", "not a blockstruct analysis"]),
         (damage("/", "format_version", "3.0"), ["format version 3.0", "update blockstruct"]),
-        (newer_without_versions, ["format version 3.0", "update blockstruct"]),
         (damage("/", "format_version", "new"), ["'new'", "is not a version"]),
         (damage("/", "cases", "[]"), ["/cases"]),
         (damage("/", "model_hash", "0" * 64), ["/model", "model_hash"]),
-        (damage("/", "model_hash", "x"), ["model_hash"]),
         (damage("/cases/push associative", "status", "fine"), ["push associative", "'fine'"]),
-        (damage("/cases/push associative", "settings", "{"), ["/cases/push associative"]),
         (damage("/cases/push associative", "dead", "nobody"), ["/cases/push associative", "nobody"]),
         (damage(f"{HISTORY}/contact_force", "units", "meter"), ["contact_force", "'meter'", "newton"]),
         (damage("/model/vertex_position", "units", "millimeter"), ["vertex_position", "millimeter"]),
-        (damage("/model/unit_weight", "units", "9**9**9"), ["unit_weight", "9**9**9"]),
         (damage("/", "versions", "[1]"), ["versions"]),
         (damage("/cases/push associative", "settings", "[1]"), ["/cases/push associative", "settings"]),
         (damage("/cases/push associative", "name", "other"), ["/cases/push associative", "name"]),
         (delete("/cases/push associative/flow_rule_gap"), ["/cases/push associative"]),
+        (overwrite("/cases/push associative/flow_rule_gap", 1.0), ["/cases/push associative", "holds"]),
         (overwrite("/cases/push associative/load_factor", 99.0), ["/cases/push associative", "converged"]),
         (overwrite("/cases/push associative/holds", 0), ["/cases/push associative", "converged"]),
         (overwrite("/model/unit_weight", np.nan), ["/model", "not finite"]),
-        (overwrite("/model/vertex_position", 1e300), ["/model"]),
         (absurd("/model/extra"), ["/model", "extra", "absurd"]),
         (left_out("/cases/push nonassociative/history/contact_force"), ["contact_force", "not stored whole"]),
-        (damage(f"{HISTORY}/contact_force", "units", "apples"), ["contact_force", "apples"]),
         (delete(HISTORY), ["push associative", "'history' is a required property"]),
-        (delete(f"{HISTORY}/load_factor"), [HISTORY, "'load_factor' is"]),
-        (delete("/model/fixed"), ["/model", "'fixed' is a required"]),
-        (delete("/model"), ["'model' is a required"]),
         (overwrite("/model/minus_block", 99), ["/model/minus_block", "outside 0..7"]),
-        (overwrite("/model/vertex_of_face_corner", -1), ["/model/vertex_of_face_corner", "outside"]),
         (overwrite("/model/block_of_vertex", 0), ["/model"]),
         (overwrite("/model/vertex_position", 0.0), ["/model", "block"]),
         (overwrite(f"{HISTORY}/interface_of_contact_point", 1000), ["interface_of_contact_point", "outside"]),
         (overwrite("/cases/push associative/n_iterations", 7), ["n_iterations"]),
         (relabel(f"{HISTORY}/component", ["t", "s", "n"]), [f"{HISTORY}/component", "n, s, t"]),
-        (relabel(f"{HISTORY}/axis", ["y", "x", "z"]), [f"{HISTORY}/axis", "x, y, z"]),
         (relabel(f"{HISTORY}/stage", ["final"]), [f"{HISTORY}/stage", "'final' is none of"]),
         (relabel(f"{HISTORY}/solver_status", ["fine"]), [f"{HISTORY}/solver_status", "'fine' is none of"]),
         (relabel(f"{HISTORY}/contact_point", ["elsewhere"]), [f"{HISTORY}/contact_point", "their interfaces"]),
@@ -402,8 +375,7 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
 DATA = Path(__file__).parents[1] / "data"
 
 
-@pytest.mark.parametrize("name", ["volume", "centroid", "area"])
-@pytest.mark.parametrize("value", [99.0, np.nan])
+@pytest.mark.parametrize(("name", "value"), [("volume", 99.0), ("centroid", np.nan), ("area", 99.0)])
 def test_what_follows_from_the_model_is_told_where_it_is_another(path, tmp_path, name, value):
     with edited(path, copy := tmp_path / "copy.h5") as file:
         file["model"][name][1] = value
@@ -449,14 +421,6 @@ def test_files_that_are_something_else(tmp_path):
         bs.open_analysis(tmp_path / "other.nc")
 
 
-def test_joints_in_cells_are_stored_with_their_cells(tmp_path):
-    model = divided(model_of(single_block(0.5, 1.0)[0], MORTAR))
-    analysis = bs.AnalysisManager(model, tmp_path / "x.h5", settings=IN_50_CELLS).run([PUSH])
-    assert analysis["push"].status == "converged"
-    assert analysis["push"].history.sizes["contact_point"] == 49
-    same(analysis, bs.open_analysis(tmp_path / "x.h5"))
-
-
 MORTAR = bs.JointMaterial("m", 0.6, cohesion="1 kPa", tensile_strength="1 kPa", compressive_strength="1 MPa")
 PUSH = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
 IN_50_CELLS = bs.ProcedureSettings(crushing_cells=50)
@@ -489,12 +453,9 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
 
 
 def test_storing_grows_with_the_cases_and_not_faster(small_analysis, monkeypatch, tmp_path):
-    """Each case more writes and reads as many variables as the case before it.
-
-    The first file alone writes the model, which the others share.
-    """
+    """Each case more writes and reads as many variables as the case before it."""
     calls = []
-    for name in ("_stored", "_attributes"):
+    for name in ("_stored", "attributes"):
         plain = getattr(netcdf, name)
         monkeypatch.setattr(netcdf, name, lambda *words, _plain=plain: calls.append(1) or _plain(*words))
     result, counts = small_analysis["push associative"], []

@@ -68,7 +68,6 @@ def test_bonded_corners_hold_the_front_back():
         ("room: back wall opening 1 4.5 m", {"openings": {"back": [Opening("4.5 m", *["1 m"] * 3)]}}),
         ("left wall lintels course 5 1.6 to 1.9 m", {"openings": {"left": NEAR}}),
         ("room courses height", {"height": None}),
-        ("room unit_length", {"unit_length": None}),
     ],
 )
 def test_refused_rooms(words, arguments):

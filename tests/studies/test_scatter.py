@@ -80,17 +80,6 @@ def test_intervals_are_those_of_scipy():
     assert found.probability_upper.item() == pytest.approx(proportion.high)
 
 
-@pytest.mark.parametrize(("n", "fractile"), [(20, 0.5), (60, 0.05)])
-def test_intervals_hold_what_they_promise(n, fractile):
-    """Coverage over many samples: at least the confidence, and not needlessly more."""
-    generator = np.random.default_rng(2)
-    covered = []
-    for _ in range(200):
-        found = bs.studies.summary(samples(generator.random(n)), fractiles=[fractile], confidence=0.9)
-        covered.append(found.lower.item() <= fractile <= found.upper.item())
-    assert 0.9 - 3 * 0.021 <= np.mean(covered) <= 0.99
-
-
 def test_what_is_not_known_widens_every_interval():
     values = np.arange(1.0, 101.0)
     status = ["converged"] * 100
@@ -121,10 +110,6 @@ def test_what_mean_and_fractiles_leave_out_or_count_is_told():
     assert "5 runs, mean 0.4, standard deviation 0.14 of the 2" in study_summary(found)
     title = figures.distribution(data).get_title(loc="left")
     assert [line.split()[0] for line in title.splitlines()] == ["1"] * 4
-
-
-def test_a_latin_hypercube_says_that_its_intervals_are_not_exact():
-    assert bs.studies.summary(samples([1, 2, 3], sampling="latin hypercube")).attrs["exact"] == 0
 
 
 def test_a_grid_has_no_distribution():

@@ -13,7 +13,7 @@ import blockstruct as bs
 import studied
 from blockstruct import Q_, studies
 from blockstruct.analysis import IterationDone
-from blockstruct.storage.run_folder import WriterLock
+from blockstruct.storage.run_folder import writer_lock
 from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
 MU = {"friction_coefficient": [0.3, 0.4, 0.6]}
@@ -25,20 +25,17 @@ def load_factors(data):
 
 def test_a_grid_of_the_contract(tmp_path):
     """Sliding at μ, rocking at b / h: α = min(μ, b / h)."""
-    heights = Q_([100, 50], "cm")
-    parameters = {"friction_coefficient": [0.3, 0.4, 0.6, 1.2], "height": heights}
+    parameters = {"friction_coefficient": [0.3, 0.4, 0.6, 1.2], "height": Q_([100, 50], "cm")}
     data = bs.study(studied.block, parameters, store=tmp_path, workers=1)
     assert data.load_factor.dims == ("friction_coefficient", "height", "case")
     expected = np.minimum.outer([0.3, 0.4, 0.6, 1.2], [0.5, 1.0])
     np.testing.assert_allclose(data.load_factor.sel(case="push"), expected, rtol=1e-6)
     np.testing.assert_allclose(data.bound, data.load_factor, rtol=1e-9)
     assert data.height.to_numpy().tolist() == [100, 50]
-    assert data.height.attrs["units"] == "centimeter"
-    assert data.load_factor.attrs["units"] == "dimensionless"
-    assert data.duration.attrs["units"] == "second"
+    units = [data[name].attrs["units"] for name in ("height", "load_factor", "duration")]
+    assert units == ["centimeter", "dimensionless", "second"]
     assert set(data.status.to_numpy().ravel()) == {"converged"}
     assert set(data.problem.to_numpy().ravel()) == {""}
-    assert data.attrs["sampling"] == "grid"
     first = bs.open_analysis(tmp_path / data.path.to_numpy()[0, 1])
     assert first.parameters == {"friction_coefficient": 0.3, "height": Q_(50, "cm")}
 
@@ -50,10 +47,8 @@ def test_runs_are_rows_of_an_archive_with_their_parameters(tmp_path):
     assert table["parameter_height"].tolist() == [0.8, 0.8]
     assert table.attrs["units"]["parameter_height"] == "meter"
     assert "joint_friction_coefficient" not in table
-    assert "settings_crushing_cells" not in table
     whole = bs.Archive(tmp_path).table(all_columns=True)
     assert whole["joint_friction_coefficient"].tolist() == [0.3, 0.4]
-    assert whole["joint_compressive_strength"].tolist() == [np.inf] * 2
     assert whole["study"].eq("build block").all()
     low = bs.Archive(tmp_path).select("parameter_friction_coefficient < 0.35 and joint_cohesion == 0")
     assert low["load_factor"].tolist() == pytest.approx([0.3], rel=1e-6)
@@ -92,12 +87,6 @@ def test_finished_runs_are_not_repeated(tmp_path):
     assert (seen[0].done, seen[0].found, seen[-1].done, seen[-1].total) == (3, 3, 4, 4)
 
 
-def test_units_do_not_tell_runs_apart(tmp_path):
-    for height in (Q_(80, "cm"), Q_(800, "mm"), Q_(0.8, "m")):
-        bs.study(studied.block, {"friction_coefficient": [0.3], "height": height}, tmp_path, workers=1)
-    assert len(list(tmp_path.glob("*.h5"))) == 1
-
-
 def other_block(friction_coefficient):
     return studied.block(friction_coefficient, Q_(2, "m"))
 
@@ -105,14 +94,13 @@ def other_block(friction_coefficient):
 @pytest.mark.parametrize("change", ["build", "settings", "what it calls"])
 def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change):
     calls = functools.partial(studied.failing, height=Q_(1, "m"))
-    build = {"what it calls": calls}.get(change, studied.block)
+    build = calls if change == "what it calls" else studied.block
     parameters = {"friction_coefficient": [0.3, 0.6]}
     bs.study(build, parameters, tmp_path, workers=1)
-    changed = {"build": other_block}.get(change, build)
-    options = (
-        {"settings": bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))} if change == "settings" else {}
-    )
-    if change == "what it calls":
+    changed, options = (other_block if change == "build" else build), {}
+    if change == "settings":
+        options = {"settings": bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))}
+    elif change == "what it calls":
         same = studied.block
         monkeypatch.setattr(studied, "block", lambda mu, height: same(mu, Q_(2, "m")))
     with pytest.raises(bs.errors.StorageError, match=r"2 runs of these parameters.*rerun=True"):
@@ -122,23 +110,15 @@ def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change)
     assert load_factors(bs.study(changed, parameters, tmp_path, workers=1, **options)) == load_factors(data)
 
 
-@pytest.mark.parametrize("how", ["swapped", "copied"])
-def test_files_under_the_names_of_other_runs_are_refused(tmp_path, how):
+def test_files_under_the_names_of_other_runs_are_refused(tmp_path):
     parameters = {"friction_coefficient": [0.1, 0.2, 0.3, 0.4], "height": Q_(90, "cm")}
     path = bs.study(studied.block, parameters, tmp_path, workers=1).path.to_numpy()
-    one, two = tmp_path / path[1], tmp_path / path[2]
-    if how == "swapped":
-        one.rename(tmp_path / "aside")
-        two.rename(one)
-        (tmp_path / "aside").rename(two)
-    else:
-        shutil.copy(two, one)
-    said = rf"{one.name} was made with friction_coefficient 0\.3, but its name stands for 0\.2.*own name.*rerun=True"
+    shutil.copy(tmp_path / path[2], tmp_path / path[1])
+    said = rf"{path[1]} was made with friction_coefficient 0\.3, but its name stands for 0\.2.*own name.*rerun=True"
     with pytest.raises(bs.errors.StorageError, match=said):
         bs.study(studied.block, parameters, tmp_path, workers=1)
     data = bs.study(studied.block, parameters, tmp_path, workers=1, rerun=True)
     assert load_factors(data) == [0.1, 0.2, 0.3, 0.4]
-    assert load_factors(bs.study(studied.block, parameters, tmp_path, workers=1)) == load_factors(data)
 
 
 def cut(build, path, values, error=KeyboardInterrupt):
@@ -153,14 +133,6 @@ def cut(build, path, values, error=KeyboardInterrupt):
         manager.run([case])
 
 
-def test_an_interrupted_run_under_another_name_is_not_gone_on_with(tmp_path):
-    parameters = {"friction_coefficient": 0.3, "height": Q_([90, 80], "cm")}
-    low = tmp_path / bs.study(studied.block, parameters, tmp_path, workers=1).path.to_numpy()[1]
-    cut(studied.block, low, {"friction_coefficient": 0.3, "height": Q_(1, "m")})
-    with pytest.raises(bs.errors.StorageError, match=r"height 1\.0 meter, but its name stands for 0\.8 meter"):
-        bs.study(studied.block, parameters, tmp_path, workers=1)
-
-
 def test_failures_are_rows(tmp_path):
     with pytest.warns(bs.errors.StudyWarning, match=r"1 of 3 runs failed.*ValueError: no such stone"):
         data = bs.study(studied.failing, MU, tmp_path, workers=1)
@@ -172,15 +144,14 @@ def test_failures_are_rows(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.StudyWarning")
-@pytest.mark.parametrize("sampling", ["grid", "paired"])
-def test_a_table_of_failures_alone(sampling):
+@pytest.mark.parametrize(("sampling", "heights"), [("grid", [1, 2, 1, 2]), ("paired", [1, 2])])
+def test_a_table_of_failures_alone(sampling, heights):
     parameters = {"friction_coefficient": Q_([1, 2], "kPa"), "height": Q_([1, 2], "m")}
     data = bs.study(studied.block, parameters, workers=1, sampling=sampling)
     table = studies.frame_of(data)
-    assert len(table) == (4 if sampling == "grid" else 2)
     assert set(table["status"]) == {"failed"}
     assert table["problem"].str.contains("a plain number").all()
-    assert table["height"].tolist() == ([1, 2, 1, 2] if sampling == "grid" else [1, 2])
+    assert table["height"].tolist() == heights
     if sampling == "paired":
         with pytest.raises(bs.errors.ModelError, match=r"all 2 runs failed, the first one: DimensionError.*again"):
             studies.summary(data)
@@ -226,7 +197,7 @@ def test_a_run_counts_as_found_once_its_file_is_in_place(tmp_path, monkeypatch):
         bs.study(studied.block, values, tmp_path, workers=1)
     assert (tmp_path / f"{path.name}.partial" / "plan").is_file()
     assert not bs.storage.is_unfinished(path)
-    with WriterLock(path):
+    with writer_lock(path):
         bs.study(studied.block, values, tmp_path, workers=1, listeners=[seen.append])
     assert (seen[0].found, seen[0].total) == (1, 1)
     assert bs.AnalysisManager.resume(path).status == "finished"
@@ -238,8 +209,7 @@ def test_lists_side_by_side(tmp_path):
     data = bs.study(studied.block, parameters, sampling="paired", workers=1)
     assert data.load_factor.dims == ("run", "case")
     assert load_factors(data) == [0.3, 1.0]
-    assert data.friction_coefficient.dims == ("run",)
-    assert data.height.to_numpy().tolist() == ["1 m", "0.5 m"]
+    assert (data.friction_coefficient.dims, data.height.to_numpy().tolist()) == (("run",), ["1 m", "0.5 m"])
 
 
 def test_samples_follow_from_their_seed():
@@ -295,13 +265,15 @@ def test_latin_hypercube_samples_every_layer():
         ({"friction_coefficient": stats.norm(0.6, -1)}, {"runs": 3}, "its distribution gives nan"),
         ({"friction_coefficient": stats.norm(0.6, 0.1), "height": Q_([1, 2], "m")}, {"runs": 3}, "height is a list"),
         ({"friction_coefficient": [0.3]}, {"runs": 3}, "lists have as many runs as values"),
-        ({"friction_coefficient": [0.3]}, {"sampling": "monte carlo"}, "give 'grid' or 'paired'"),
         ({"friction_coefficient": stats.norm()}, {"sampling": "grid", "runs": 2}, "'monte carlo' or 'latin"),
         ({"friction_coefficient": [0.3, 0.4], "height": Q_([1], "m")}, {"sampling": "paired"}, "different lengths"),
         ({"friction_coefficient": stats.norm()}, {"runs": 2, "seed": "x"}, "seed is 'x'"),
-        ({"friction_coefficient": [0.3]}, {"workers": 0}, "workers 0"),
         ({"friction_coefficient": [0.3]}, {"settings": "fast"}, "settings are 'fast'"),
-        ({"friction_coefficient": np.linspace(0, 1, 400), "height": Q_(np.linspace(1, 2, 400), "m")}, {}, "160,000"),
+        (
+            {"friction_coefficient": np.linspace(0, 1, 1001), "height": Q_(np.linspace(1, 2, 1000), "m")},
+            {},
+            "1,001,000",
+        ),
     ],
 )
 def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options, said):
@@ -370,7 +342,7 @@ def test_a_run_of_another_study_is_elsewhere_and_has_not_failed(tmp_path):
     seen = []
     path = tmp_path / str(bs.study(studied.block, {"friction_coefficient": [0.4]}, tmp_path, workers=1).path.item())
     path.unlink()
-    with WriterLock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 3 runs"):
+    with writer_lock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 3 runs"):
         data = bs.study(studied.block, MU, tmp_path, workers=1, listeners=[seen.append])
     assert data.elsewhere.to_numpy().tolist() == [False, True, False]
     assert data.status.sel(case="push").to_numpy().tolist() == ["converged", "elsewhere", "converged"]

@@ -1,14 +1,9 @@
 """Studies in processes and on Dask clusters: the same rows, and nothing lost."""
 
-import contextlib
 import os
-import re
-import shutil
-import signal
 import subprocess
 import sys
 import textwrap
-import threading
 import time
 from pathlib import Path
 
@@ -18,7 +13,7 @@ import pytest
 import blockstruct as bs
 import studied
 from blockstruct import Q_
-from blockstruct.storage.run_folder import WriterLock
+from blockstruct.storage.run_folder import writer_lock
 
 SUPPORT = Path(studied.__file__).parent
 MU = {"friction_coefficient": [0.3, 0.4, 0.45, 0.6]}
@@ -128,7 +123,7 @@ def test_a_run_that_another_writes_is_elsewhere_on_a_cluster(cluster, tmp_path):
     values = {"friction_coefficient": [0.3, 0.4]}
     path = tmp_path / str(bs.study(studied.block, values, tmp_path, cluster=cluster).path.to_numpy().ravel()[1])
     path.unlink()
-    with WriterLock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 2 runs"):
+    with writer_lock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 2 runs"):
         data = bs.study(studied.block, values, tmp_path, cluster=cluster)
     assert data.elsewhere.to_numpy().tolist() == [False, True]
     assert not path.exists()
@@ -165,56 +160,6 @@ def test_a_cluster_without_workers_is_told(tmp_path, monkeypatch):
         pytest.raises(bs.errors.ClusterError, match=r"has no worker; start one by `dask worker tcp://"),
     ):
         bs.study(studied.block, MU, tmp_path, cluster=empty)
-
-
-@contextlib.contextmanager
-def command(*words, folder):
-    """A process of the command ``dask``, as the documentation starts it."""
-    program = shutil.which("dask", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
-    start = [program] if program else [sys.executable, "-m", "dask"]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(SUPPORT), *filter(None, sys.path)])}
-    log = (folder / f"{words[0]}.log").open("w")
-    process = subprocess.Popen([*start, *words], cwd=folder, env=environment, stdout=log, stderr=log)
-    try:
-        yield process, folder / f"{words[0]}.log"
-    finally:
-        process.send_signal(signal.SIGINT)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(10)
-        process.kill()
-        process.wait()
-        log.close()
-
-
-def address_of(log):
-    for _ in range(600):
-        found = re.search(r"Scheduler at:\s+(tcp://\S+)", log.read_text())
-        if found:
-            return found[1]
-        time.sleep(0.05)
-    raise AssertionError(log.read_text())
-
-
-@pytest.mark.slow
-def test_scheduler_and_worker_as_processes_of_their_own(tmp_path):
-    """As the documentation says: dask scheduler, dask worker ADDRESS; the worker is killed half-way."""
-    with command("scheduler", "--port", "0", "--dashboard-address", ":0", folder=tmp_path) as (_, log):
-        address = address_of(log)
-        options = ("--nthreads", "1", "--memory-limit", "2GB", "--dashboard-address", ":0")
-        with command("worker", address, *options, folder=tmp_path):
-            threading.Thread(target=kill_at_work, args=(tmp_path,)).start()
-            values = MU | {"folder": str(tmp_path)}
-            data = bs.study(studied.slow, values, tmp_path / "store", cluster=address)
-    assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)
-    assert (tmp_path / "killed").exists()
-
-
-def kill_at_work(folder):
-    """Kill the worker that says it is at work."""
-    while not (folder / "worker").exists() or not (folder / "worker").read_text():
-        time.sleep(0.05)
-    (folder / "killed").touch()
-    os.kill(int((folder / "worker").read_text()), signal.SIGKILL)
 
 
 @pytest.mark.slow

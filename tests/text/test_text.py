@@ -182,6 +182,11 @@ def test_unit_sizes():
     )
 
 
+def test_an_interrupted_building():
+    assert a.building_interrupted(["push +x"], None).startswith("1 run ended (push +x): give a store")
+    assert a.building_interrupted([], "b.h5").startswith("b.h5 keeps what was done, no run ended")
+
+
 def test_a_tie_that_reaches_its_limit():
     lengthens = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
     assert text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (

@@ -5,9 +5,6 @@ base at ``(t / h) (1 − γ h / f_c)``. In its plane a bonded panel slides along
 the exact cones of crushing in the same loop, to 0.2 %: a load factor without dilatancy is not unique.
 """
 
-import runpy
-from pathlib import Path
-
 import pytest
 
 import blockstruct as bs
@@ -18,8 +15,6 @@ UNIT_WEIGHT = 12e3
 HEIGHT, LENGTH = 0.175, 0.4
 MOST_PROGRAMS = 25
 LOOP = {"procedure": "fictitious", "crushing": "linearised"}
-CONES = {"procedure": "fictitious", "crushing_interaction": "uniaxial"}
-EXAMPLE = Path(__file__).parents[2] / "examples" / "pier_spandrel.py"
 
 
 def panel(courses: int, units: int, strength: float, depth: float = 0.2) -> bs.Model:
@@ -83,17 +78,3 @@ def test_associative_flow_settles_by_its_tangents(courses, units, strength):
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(rocking(courses, 0.2, strength), rel=1e-4)
     assert result.n_iterations <= MOST_PROGRAMS
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-@pytest.mark.parametrize("strength", ["4 MPa", "2 MPa"])
-def test_pier_and_spandrel(strength):
-    example = runpy.run_path(str(EXAMPLE))
-    blocks = example["assemblage"]().blocks
-    joint = bs.JointMaterial("mortar", 0.6, compressive_strength=strength)
-    model = bs.Model("pier and spandrel", blocks, bs.detect_interfaces(blocks, joint_material=joint))
-    case = example["pushed"]()
-    lines, cones = (bs.run(model, [case], settings=bs.ProcedureSettings(**s))["push +x"] for s in (LOOP, CONES))
-    assert_found_by_the_loop(lines)
-    assert lines.load_factor == pytest.approx(cones.load_factor, rel=2e-3)

@@ -13,7 +13,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.analysis.motions import with_effects
+from blockstruct.analysis.manager import with_effects
 from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding

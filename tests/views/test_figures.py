@@ -22,7 +22,7 @@ from blockstruct.views.figures.sheet import Drawing, _file_names
 from blockstruct.views.solids import triangles
 from blockstruct.views.style import ACCENT, AMPLITUDE, FORCE, STATE_COLOURS, parts
 from refusals import refused
-from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve, stopping
+from structures import SELF_WEIGHT, balanced_beam, box, model_of, push, single_block, solve, stopping
 
 mpl.use("Agg")
 
@@ -98,24 +98,12 @@ def test_nothing_is_cut_off_in_space(size):
 def test_joints_on_the_surface_have_the_colour_of_their_state(wall):
     _, result = wall
     ax = figures.structure(result, ax=axes())
-    _, lines = drawn(ax)
-    states = result.states.isel(iteration=-1).to_numpy().tolist()
-    moving = [state for state in states if state != "sticking"]
+    moving = [state for state in result.states.isel(iteration=-1).to_numpy().tolist() if state != "sticking"]
     # The front edge of each joint, once for each of its parts; joints that stick are edges of blocks.
-    assert Counter(edge for _, edge, _ in lines) == Counter(to_rgba(STATE_COLOURS[p]) for s in moving for p in parts(s))
-    assert len(lines) > 1
+    assert Counter(edge for _, edge, _ in drawn(ax)[1]) == Counter(
+        to_rgba(STATE_COLOURS[part]) for state in moving for part in parts(state)
+    )
     assert {t.get_text() for t in ax.get_legend().get_texts()} == {s.replace(" + ", ", ") for s in moving}
-
-
-def test_utilisation_is_drawn_on_a_scale_from_zero_to_one(wall):
-    _, result = wall
-    ax = figures.structure(result, colour="sliding", ax=axes())
-    _, lines = drawn(ax)
-    used = bs.results.utilisation(result.history)["sliding"].isel(iteration=-1).to_numpy()
-    used = used[np.isfinite(used)]
-    assert len(lines) == len(used)
-    assert sum(edge == to_rgba(FORCE) for _, edge, _ in lines) == (used >= 0.999).sum() > 0
-    assert ax.figure.axes[1].get_ylim() == (0, 1)
 
 
 def test_the_mechanism_is_drawn_to_its_amplitude(rocking):
@@ -136,9 +124,9 @@ def test_the_ends_of_a_balanced_beam_do_not_fill_the_picture_of_its_mechanism():
     ax = figures.mechanism(result, look="y", ax=axes())
     corners = np.concatenate([path for path, *_ in drawn(ax)[0]])
     farthest = np.linalg.norm(corners[:, None] - still, axis=2).min(axis=1).max()
-    assert farthest <= 3 * AMPLITUDE * 4 * (1 + 1e-9)
+    assert farthest == pytest.approx(AMPLITUDE * 4)
     # The centroid is √(0.05² + 0.15²) m from the edge the beam turns about, its far upper corner √(2.05² + 0.3²) m.
-    translation = 3 * AMPLITUDE * 4 * np.hypot(0.05, 0.15) / np.hypot(2.05, 0.3)
+    translation = AMPLITUDE * 4 * np.hypot(0.05, 0.15) / np.hypot(2.05, 0.3)
     assert ax.get_title(loc="left") == f"largest translation of a block drawn as {translation:.2g} m"
 
 
@@ -258,28 +246,11 @@ def test_crushing_domain_of_a_rectangle_is_the_parabola_from_tension_to_compress
         assert abs(m) == pytest.approx(largest(n), rel=1e-5)
 
 
-def crushing(direction, *, interaction="uniaxial", cells=False, **strengths):
+def crushing(direction, **strengths):
     """A block 0.4 × 1 × 0.8 m on a weak joint, pushed until it crushes."""
     blocks, joint = single_block(0.4, 0.8)
     model = model_of(blocks, joint.varied(compressive_strength=Q_(0.2, "MPa"), **strengths))
-    model = divided(model) if cells else model
-    return model, solve(model, push(*direction), crushing_interaction=interaction)
-
-
-@pytest.mark.parametrize(
-    ("direction", "more", "text"),
-    [
-        ((1, 0, 0), {}, "utilisation of crushing 1.00"),
-        ((1, 0.5, 0), {}, "utilisation of crushing 1.23\n589 N·m about s"),
-        ((1, 0.5, 0), {"interaction": "biaxial"}, " N·m about s reduces the domain"),
-        ((1, 0.5, 0), {"cells": True}, " N·m about s reduces the domain"),
-    ],
-)
-def test_the_title_of_a_domain_has_the_other_axis(direction, more, text):
-    structure = crushing(direction, **more)
-    title = figures.crushing_domain(structure[1], "ground|block", about="t", ax=axes()).get_title("left")
-    assert title.startswith("ground|block\nutilisation of crushing ")
-    assert title.endswith(text)
+    return model, solve(model, push(*direction))
 
 
 def test_stress_blocks_are_as_deep_as_the_normal_force_needs():
@@ -305,14 +276,12 @@ def test_names_with_dollars_are_no_formulas():
     """As layers of a bound DXF reference have them, XREF$0$WALL."""
     block, joint = r"a$\frac$", bs.JointMaterial("soft", 0.6, compressive_strength="1 MPa")
     blocks = [box("b$0$", [-1, -1, -0.5], [3, 3, 0.5], fixed=True), box(block, [0, 0, 0], [0.4, 1, 0.8])]
-    dead = bs.LoadPattern("d$0$", [bs.SelfWeight(), bs.Weight(block, Q_([0.2, 0.5, 0.8], "m"), "1 kN")])
-    result = solve(model_of(blocks, joint), push(1, 0, 0), dead=dead)
+    result = solve(model_of(blocks, joint), push(1, 0, 0))
     for drawing in figures.drawings(result):
         drawing.picture()
-    texts = [figures.crushing_domain(result, rf"b$0$|{block}", ax=axes()).get_title(loc="left").split("\n")[0]]
-    texts += [figures.loads(result, ax=axes()).get_legend().get_texts()[0].get_text()]
+    title = figures.crushing_domain(result, rf"b$0$|{block}", ax=axes()).get_title(loc="left")
     # Dollars behind a backslash are themselves.
-    assert texts == [r"b\$0\$|a\$\frac\$", r"d\$0\$: 1 kN"]
+    assert title.split("\n")[0] == r"b\$0\$|a\$\frac\$"
 
 
 def test_curves_have_readable_units_and_show_the_unlimited_strength():
@@ -320,24 +289,11 @@ def test_curves_have_readable_units_and_show_the_unlimited_strength():
     data = xr.Dataset(
         {"load_factor": ("compressive_strength", [0.3, 0.35, 0.2])}, coords={"compressive_strength": strength}
     )
-    ax = figures.curve(data, ax=axes())
+    ax = figures.curve(data, label="wall", ax=axes())
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["wall"]
     np.testing.assert_allclose(ax.lines[0].get_xydata(), [[1, 0.2], [4, 0.3]])
     assert ax.lines[1].get_ydata()[0] == 0.35
     assert ax.get_xlabel() == "compressive strength f_c [MPa]"
-
-
-def test_curves_on_one_axes_and_points_at_zero_are_not_cut_off():
-    friction = {"friction_coefficient": [0.3, 0.5, 0.7]}
-    low, high = (
-        xr.DataArray(v, dims="friction_coefficient", coords=friction) for v in ([0, 0.1, 0.2], [0.4, 0.6, 0.9])
-    )
-    ax = axes()
-    for label, data in (("low", low), ("high", high)):
-        figures.curve(data, label=label, ax=ax)
-    points = np.concatenate([line.get_xydata() for line in ax.lines])
-    for (least, most), values in zip((ax.get_xlim(), ax.get_ylim()), points.T, strict=True):
-        assert least < values.min() < values.max() < most
-    assert len({line.get_color() for line in ax.lines}) == 2
 
 
 def test_triangles_cover_a_concave_polygon():
@@ -422,13 +378,6 @@ def test_a_missing_extra_is_named():
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     for line, (package, extra) in zip(run.stdout.splitlines(), extras.values(), strict=True):
         assert line.endswith(f'{package} is not installed; it comes with: pip install "blockstruct[{extra}]"')
-
-
-def test_macro_blocks_are_drawn_in_colours_and_named(rocking):
-    _, result = rocking
-    ax = figures.mechanism(result, colour="macro-block", look="y", ax=axes())
-    (body,) = result.macro_blocks
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"body 1: {body.weight / 1e3:.4g} kN"]
 
 
 def test_a_legend_of_long_names_stays_on_the_picture():

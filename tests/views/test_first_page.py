@@ -13,13 +13,12 @@ from matplotlib.figure import Figure
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.lines import HIGHER
-from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.limit import Outcome
 from blockstruct.text import Note, NoteCode, Severity, report
 from blockstruct.views import figures
 from blockstruct.views.figures import drawings
 from blockstruct.views.report import report_html, write_report
-from blockstruct.vocabulary import Reason, Way
+from blockstruct.vocabulary import Reason
 from structures import SELF_WEIGHT, model_of, push, settings_of, single_block
 
 SINKS = bs.SettlementCase("sinks", SELF_WEIGHT, ["ground"], "-z", flow="associative")
@@ -130,13 +129,11 @@ def test_the_range_of_a_spread_stands_next_to_its_number(small_model):
 
 
 def test_the_largest_reaction_is_relied_on(block):
+    """Of forces alone: moments are no forces."""
     leans = bs.SettlementCase("leans", SELF_WEIGHT, ["ground"], (0.6, 0, -0.8), flow="associative")
-    found = bs.AnalysisManager(block.model).run([SINKS, leans])
-    assert "the largest of 2 cases" in summary(found)
+    assert "the largest of 2 cases" in summary(bs.AnalysisManager(block.model).run([SINKS, leans]))
     turns = bs.SettlementCase("turns", SELF_WEIGHT, ["ground"], "-y", about="[1, 0, 0] m", flow="associative")
-    both = summary(bs.AnalysisManager(block.model).run([SINKS, turns]))
-    assert "one of 2 cases, forces and moments" in both
-    assert "largest" not in both
+    assert "one of 2 cases, forces and moments" in summary(bs.AnalysisManager(block.model).run([SINKS, turns]))
 
 
 def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
@@ -186,20 +183,14 @@ def beginning(analysis, first):
     return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
 
 
-def test_a_curve_of_rounded_corners_stands_next_to_every_load_factor(rounded):
+def test_a_curve_of_rounded_corners_stands_next_to_its_load_factor(rounded):
     result = rounded["push"]
     first = result.capacity["load_factor"].to_numpy()[0]
     assert first < 0.8 * result.load_factor
     said = f"the curve of rounded corners begins at {first:.4g}"
-    page = report_html(rounded)
-    for beside in (
-        f"<b>0.1667</b><span>{said}</span>",
-        f"<strong>0.1667</strong><br><small>{said}</small>",
-        f"<strong>Load factor: 0.1667; {said}.</strong>",
-        f"<p>Pushover “push”: {said}; the load factor is zero at a displacement of ",
-    ):
-        assert beside in page, beside
-    assert f"<p>Pushover “push”: {said}" in summary(rounded, [bs.assess.local_mechanism(result, 1.35, SITE)])
+    for checks in ([], [bs.assess.local_mechanism(result, 1.35, SITE)]):
+        assert f"<p>Pushover “push”: {said}" in summary(rounded, checks)
+    assert f"<b>0.1667</b><span>{said}</span>" in report_html(rounded)
 
 
 def test_a_curve_that_begins_half_a_per_cent_off_is_marked():
@@ -269,41 +260,6 @@ def test_each_note_stands_once_and_is_cited_by_number(stands):
     assert cited["good"] < cited["back"]
 
 
-def test_cautions_of_one_kind_are_one_note_of_all_their_cases(stands):
-    """Of several directions the figures of the first are stated; a warning is settled alone.
-
-    Each other direction has the change of its number.
-    """
-    first, other = (
-        Note(NoteCode.CORNER_TORSION, Severity.CAUTION, words, change)
-        for words, change in (("3 times.", -0.031), ("9 times.", -0.088))
-    )
-    warnings = [Note(NoteCode.JAMMED_PART, Severity.WARNING, words) for words in ("One jams.", "Another jams.")]
-    good, back = (bs.assess.local_mechanism(result, 1.35, SITE) for result in stands.values())
-    checks = [
-        dataclasses.replace(good, notes=(first, warnings[0])),
-        dataclasses.replace(back, notes=(warnings[1], other)),
-    ]
-    notes = re.findall(r"&ensp;(.*?)</p>", report_html(stands, checks=checks))
-    (joined,) = {re.sub("^(good|back): ", "", text) for text in notes} - {"One jams.", "Another jams."}
-    words, name, change = ("9 times.", "good", "-3%") if joined.startswith("9") else ("3 times.", "back", "-9%")
-    assert (joined.startswith(words), joined.count(name), joined.count(change)) == (True, 1, 1)
-
-
-def test_the_note_with_the_largest_effect_stands_first(check):
-    """Warnings come before it, as they are settled before the ratio counts."""
-    state = check.limit_states[check.relied_on]
-    others = tuple(
-        WayOfChecking(way, check.alpha0, 1.0, dataclasses.replace(state, capacity=(1 - effect) * state.capacity))
-        for way, effect in ((Way.OTHER_MOTION, 0.02), (Way.BIAXIAL, 0.1))
-    )
-    codes = NoteCode.MASSES, NoteCode.OTHER_MOTION, NoteCode.BIAXIAL_CRUSHING
-    notes = [Note(code, Severity.CAUTION, code) for code in codes]
-    notes.append(Note(NoteCode.UNIT_SIZE, Severity.WARNING, "last"))
-    ranked = dataclasses.replace(check, others=others, notes=tuple(notes)).notes
-    assert [note.code for note in ranked] == ["unit_size", "biaxial_crushing", "other_motion", "masses"]
-
-
 def case(name="push", direction=(1, 0, 0), flow="nonassociative"):
     return bs.LimitCase(name, SELF_WEIGHT, bs.LoadPattern(f"push of {name}", push(*direction).loads), flow)
 
@@ -321,16 +277,15 @@ def check(slender):
 
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory):
-    """A check, its page, and the texts of the pages of its PDF; a digit after the 0 of d_C,0 would begin a line."""
-    blocks, joint = single_block(0.4094, 4.0)
+    """The texts of the pages of a PDF."""
+    blocks, joint = single_block(0.4, 4.0)
     analysis = bs.AnalysisManager(model_of(blocks, joint)).run([case()])
     check = bs.assess.local_mechanism(analysis["push"], 1.35, SITE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
         path = tmp_path_factory.mktemp("paper") / "r.pdf"
         write_report(analysis, path, project={"client": "Town of Lucca"}, checks=[check])
-        assert path.read_bytes().startswith(b"%PDF")
-        return check, report_html(analysis, checks=[check]), pages(path)
+        return pages(path)
 
 
 @pytest.fixture(scope="module")
@@ -348,11 +303,6 @@ def test_arguments_of_a_wrong_type_are_refused(slender, check):
             report_html(slender, checks=checks)
     with pytest.raises(bs.errors.ModelError, match="project 'Lucca'; give names and texts"):
         report_html(slender, project="Lucca")
-
-
-def test_the_same_check_is_shown_once(slender):
-    check, again = (bs.assess.local_mechanism(slender["push"], 1.35, SITE) for _ in range(2))
-    assert report_html(slender, checks=[check, check, again]) == report_html(slender, checks=[check])
 
 
 def test_the_first_page_has_the_number_relied_on(slender, check):
@@ -395,39 +345,14 @@ def test_a_check_of_another_number_is_refused(spread, slender):
 
 
 def test_the_report_is_a_pdf_of_numbered_pages(paper):
-    *_, found = paper
-    for number, text in enumerate(found, 1):
-        assert f"{number} / {len(found)}" in text
-        assert "Rigid-block limit analysis" in text
+    for number, text in enumerate(paper, 1):
+        assert f"{number} / {len(paper)}" in text
     # The summary is one page, and nothing else is on it.
-    assert "Town of Lucca" in found[0]
-    assert "capacity / demand" in found[0]
-    assert "Model" not in found[0]
-    assert "Model" in found[1]
-    assert "partial safety factor" in found[1]
-    assert "Settings and versions" in found[-1]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("count", "on_first"), [(1, True), (12, False)])
-def test_a_page_that_is_full_keeps_its_picture_and_moves_its_notes(slender, tmp_path, count, on_first):
-    check = bs.assess.local_mechanism(slender["push"], 1.35, SITE)
-    notes = tuple(Note(NoteCode.RANGE, Severity.CAUTION, f"{k} " + "note " * 60) for k in range(count))
-    full = dataclasses.replace(check, notes=notes)
-    found = pages(write_report(slender, tmp_path / "r.pdf", checks=[full]))
-    assert "moves, to first order" in found[0].replace("\n", " ")
-    assert ["Notes on push" in page for page in found].index(True) == (0 if on_first else 3)
-    assert "Model" in found[1]
-
-
-def test_no_line_ends_within_a_quantity_or_an_index(paper):
-    """A line that begins with the 0 of d_C,0 would read 0 = 0.2047 m."""
-    check, said, found = paper
-    assert f'{check.a0_star:.4g}\u00a0<span class="unit">m/s²</span>' in said
-    assert "(g\u00a0·\u00a0" in said
-    text = "\n".join(found)
-    assert not re.search(r"(m/|\d)\n(s²|m|k?N)\b", text)
-    assert "dC,0\u00a0=\u00a00.2047\u00a0m" in text
+    assert "Town of Lucca" in paper[0]
+    assert "capacity / demand" in paper[0]
+    assert "Model" not in paper[0]
+    assert "Model" in paper[1]
+    assert "Settings and versions" in paper[-1]
 
 
 def test_a_long_word_does_not_push_numbers_off_the_page(tmp_path):

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import attrs
 import numpy as np
 import pytest
-from test_page import coordinates, opened, settle, slide
+from test_page import coordinates, opened, slide
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -98,22 +98,15 @@ def test_the_page_has_every_step(analysis, result, last):
 
 @pytest.mark.slow
 def test_the_page_shows_a_step(browser, analysis, last, tmp_path):
-    def cells(page):
-        return [row.all_text_contents() for row in (r.locator("td") for r in page.locator("#ties tr").all())]
-
     with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
-        assert cells(page) == [["high", "yielding", "2 kN"], ["low", "yielding", "2 kN"]]
         slide(page, "step", last)
         assert page.locator("#step-value").text_content().startswith(f"{last} of {last}, ")
-        high, low = cells(page)
+        high, low = (
+            [cell.text_content() for cell in row.locator("td").all()] for row in page.locator("#ties tr").all()
+        )
         assert (high[:3], low[:3]) == (["high", "broken", "0 N"], ["low", "yielding", "2 kN"])
-        assert high[3].endswith(" mm longer")
-        settle(page)
         # Two ends of the tie that is left, and the gap after it.
         assert coordinates(page, 8).shape == (3, 3)
-        page.select_option("#case", "1")
-        settle(page)
-        assert page.locator("#pushover").is_hidden()
 
 
 def test_paraview(analysis, result, last, tmp_path):

@@ -74,8 +74,6 @@ class CaseFinished:
 
 #: States of a record for a printed line.
 _EVERY = 40
-#: Programs and steps of a typical non-associative case: 7 to 11 on walls of 8 to 34 blocks.
-_USUAL = 12
 
 Event = CaseStarted | IterationDone | StepDone | StateDone | CaseFinished
 Listener = Callable[[Event], None]
@@ -87,49 +85,32 @@ def tell(listeners: Iterable[Listener], event: Event) -> None:
         listener(event)
 
 
-def print_lines() -> Listener:
-    """Return a listener that prints a line per event to stderr; of a record, every 40th state."""
-
-    def listen(event: Event) -> None:
-        if not isinstance(event, StateDone) or event.index % _EVERY == 0:
-            print(describe(event), file=sys.stderr, flush=True)
-
-    return listen
-
-
-def describe(event: Event) -> str:
-    """Return one line of text on an event."""
+def describe(event: Event) -> tuple[str, float]:
+    """Return a text on an event, and the share of its case that is done, 1 at its end."""
     match event:
         case CaseStarted(case, blocks, points):
-            place = f" (case {event.number} of {event.count})" if event.count > 1 else ""
-            size = f"{counted(blocks, 'block')}, {counted(points, 'contact point')}"
             how = case.question if isinstance(case, RecordCase) else f"{case.flow} flow"
-            return f"{case.name}{place}: {size}, {how}"
+            return f"{counted(blocks, 'block')}, {counted(points, 'contact point')}, {how}", 0.0
         case IterationDone(case, index, i):
-            return (
-                f"{case.name}: {index:3d} {in_words(i.stage):<16} {answer_of(case, i, 6)}, "
-                f"gap {i.certificate.flow_rule_gap:.1e}, {in_words(i.solver_status)} in {i.solver_time:.2f} s"
-            )
+            at = f"{_answer(case, i)}, gap {i.certificate.flow_rule_gap:.0e}, {in_words(i.stage)}"
+            return f"numerical iteration {index}, {at}", 1 - 1 / (index + 2)
         case StepDone(case, index, step):
-            return (
-                f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, {answer_of(case, step, 6)}, "
-                f"energy error {step.energy_error:.1e}, in {step.solver_time:.2f} s"
-            )
+            at = f"displacement {step.displacement:.4g} m, {_answer(case, step)}"
+            return f"state {index}, {at}", min(index / case.steps, 0.99)
         case StateDone(case, _, state):
-            largest = 1e3 * float(state.peak_displacement.max())
-            return f"{case.name}: {state.time:8.3f} s, {state.steps} steps, largest displacement {largest:.4g} mm"
+            share = (state.time - float(case.times[0])) / case.duration
+            return f"{state.time:.2f} s of {case.duration:.4g} s", min(share, 0.99)
         case CaseFinished(result):
-            return str(result)
+            states = result.response if result.capacity is None else result.capacity
+            count = counted(result.n_iterations, "numerical iteration")
+            count = count if states is None else counted(len(states["displacement"]), "state")
+            return f"{result.status.words} after {count}", 1.0
 
 
-def answer_of(case: Case, iteration: Iteration | MotionState, digits: int) -> str:
-    """Return the load factor, or the reaction of a settlement, as text.
-
-    ``digits`` is the number of decimals.
-    """
+def _answer(case: Case, iteration: Iteration | MotionState) -> str:
     if isinstance(case, SettlementCase):
-        return f"reaction {-iteration.load_factor:.{digits}f} of the dead load"
-    return f"load factor {iteration.load_factor:.{digits}f}"
+        return f"reaction {-iteration.load_factor:.4f} of the dead load"
+    return f"load factor {iteration.load_factor:.4f}"
 
 
 Progress = bool | Literal["auto"]
@@ -166,29 +147,21 @@ def follow(write: Callable[[str, float], None]) -> Listener:
 
     def listen(event: Event) -> None:
         nonlocal place, begin
-        match event:
-            case CaseStarted(case, blocks):
-                begin = perf_counter()
-                place = f"case {event.number} of {event.count}, {case.name}:"
-                write(f"{place} {counted(blocks, 'block')}, {case.flow} flow", 0.0)
-            case IterationDone(case, index, iteration):
-                at = f"{answer_of(case, iteration, 4)}, gap {iteration.certificate.flow_rule_gap:.0e}"
-                write(f"{place} numerical iteration {index}, {at}", min((index + 1) / _USUAL, 0.99))
-            case StepDone(case, index, step):
-                at = f"displacement {step.displacement:.4g} m, {answer_of(case, step, 4)}"
-                write(f"{place} state {index}, {at}", min(index / case.steps, 0.99))
-            case StateDone(case, _, state):
-                share = (state.time - float(case.times[0])) / case.duration
-                left = (perf_counter() - begin) * (1 - share) / share if 0 < share < 1 else 0.0
-                rest = f"about {left:.0f} s left" if left else "until the structure is at rest"
-                write(f"{place} {state.time:.2f} s of {case.duration:.4g} s, {rest}", min(share, 0.99))
-            case CaseFinished(result):
-                states = result.response if result.capacity is None else result.capacity
-                count = counted(result.n_iterations, "numerical iteration")
-                count = count if states is None else counted(len(states["displacement"]), "state")
-                write(f"{place} {result.status.words} after {count}", 1.0)
+        text, done = describe(event)
+        if isinstance(event, CaseStarted):
+            begin = perf_counter()
+            place = f"case {event.number} of {event.count}, " * (event.count > 1) + event.case.name
+        elif isinstance(event, StateDone) and done > 0:
+            text += f", about {(perf_counter() - begin) * (1 - done) / done:.0f} s left"
+        write(f"{place}: {text}", done)
 
     return listen
+
+
+def print_lines() -> Listener:
+    """Return a listener that prints a line per event to stderr; of a record, every 40th state."""
+    listen = follow(lambda text, _: print(text, file=sys.stderr, flush=True))
+    return lambda event: None if isinstance(event, StateDone) and event.index % _EVERY else listen(event)
 
 
 def _terminal_line(text: str, done: float) -> None:

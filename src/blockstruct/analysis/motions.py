@@ -1,4 +1,4 @@
-"""Follow motions beyond collapse and under records; resume cases; run the remedies of notes.
+"""Follow motions beyond collapse and under records; resume cases.
 
 To resume a case, its history answers the programs already solved. The procedure is deterministic: its next step depends
 only on the problem, the settings and the earlier solutions. So it runs again from the start, with a solver that knows
@@ -6,10 +6,10 @@ the first solutions.
 """
 
 import contextlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -20,12 +20,8 @@ from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome
 from blockstruct.limit.iteration import Steps, changed_steps, conclude
 from blockstruct.limit.motion import velocities_of
 from blockstruct.limit.program import ProgramData, Solution, Solver
-from blockstruct.limit.response import RecordState
-from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.model import Interface, JointMaterial, Model, RecordCase, has_curve
-from blockstruct.model.fields import changed
-from blockstruct.motion import MotionState, MovingProblem, follow, respond
-from blockstruct.procedures import load_factor_at, solve_limit_case
+from blockstruct.model import RecordCase, has_curve
+from blockstruct.motion import MovingProblem, follow, respond
 from blockstruct.results.capacity import (
     arrays_of_response,
     beginning_of,
@@ -35,11 +31,30 @@ from blockstruct.results.capacity import (
     steps_of,
 )
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.history import forces_in, history_of, motions_in
-from blockstruct.results.interfaces import corner_torsion
-from blockstruct.solvers import solver_of
-from blockstruct.statics import Division, Statics
-from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status, Torsion
+from blockstruct.results.history import forces_in, motions_in
+from blockstruct.statics import Statics
+from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status
+
+_Item = TypeVar("_Item")
+_Value = TypeVar("_Value")
+
+
+def collect(
+    steps: Generator[_Item, None, _Value], hear: Callable[[int, _Item], object], kept: Sequence[_Item] = ()
+) -> tuple[list[_Item], _Value | None]:
+    """Return the items of a generator after kept ones, and its value; None after a KeyboardInterrupt.
+
+    A function hears each item with its number.
+    """
+    items = list(kept)
+
+    def add(item: _Item) -> None:
+        items.append(item)
+        hear(len(items) - 1, item)
+
+    with contextlib.suppress(KeyboardInterrupt):
+        return items, conclude(steps, add)
+    return items, None
 
 
 def trace_curve(
@@ -63,23 +78,14 @@ def trace_curve(
     case, start = result.case, perf_counter()
     if not has_curve(case):
         return result
-    states: list[MotionState] = [] if result.capacity is None else steps_of(result.capacity)
-    going = follow(MovingProblem(statics, problem, case), collapse, result.settings, list(states))
-    outcome, ended = result.outcome, None
-
-    def hear(state: MotionState) -> None:
-        states.append(state)
-        tell(listeners, StepDone(case, len(states) - 1, state))
-
-    try:
-        for k, state in enumerate(states):
-            tell(listeners, StepDone(case, k, state))
-        ended = conclude(going, hear)
-    except KeyboardInterrupt:
-        outcome = INTERRUPTED
+    kept = [] if result.capacity is None else steps_of(result.capacity)
+    for k, state in enumerate(kept):
+        tell(listeners, StepDone(case, k, state))
+    going = follow(MovingProblem(statics, problem, case), collapse, result.settings, list(kept))
+    states, ended = collect(going, lambda k, state: tell(listeners, StepDone(case, k, state)), kept)
     return replace(
         result,
-        outcome=outcome,
+        outcome=INTERRUPTED if ended is None else result.outcome,
         capacity=capacity_of(statics.model, case, state_arrays(states)) if states else None,
         curve_outcome=ended,
         duration=result.duration + perf_counter() - start,
@@ -119,14 +125,9 @@ def trace_record(result: CaseResult, statics: Statics, case: RecordCase, listene
         count = k + 1
         is_kept = result.response["state_of_contact"] <= k
         pieces.append(arrays_of_response(result.response.isel(time=slice(count), contact=is_kept.to_numpy())))
-    outcome, states = INTERRUPTED, list[RecordState]()
-
-    def hear(state: RecordState) -> None:
-        states.append(state)
-        tell(listeners, StateDone(case, count + len(states) - 1, state))
-
-    with contextlib.suppress(KeyboardInterrupt):
-        reason = conclude(respond(statics, case, last), hear)
+    states, reason = collect(respond(statics, case, last), lambda k, s: tell(listeners, StateDone(case, count + k, s)))
+    outcome = INTERRUPTED
+    if reason is not None:
         last = states[-1] if states else last
         time = last.time if last is not None and reason is Reason.BLOCKS_FALLEN else np.nan
         outcome = Outcome(_STATUS[reason], np.nan, reason, collapse_time=time)
@@ -227,117 +228,3 @@ def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:
             "run the case anew"
         )
         raise FormatError(msg)
-
-
-#: Steps of a loading path after which the effect of a remedy is estimated: 7.5 elastic displacements. Measured on 18
-#: settled cases of 8 structures: the effect is off by 0.8 % of the load factor in the mean square, after 3 steps by
-#: 1.1 %, after 5 by 0.8 %.
-COMPARED = 4
-
-
-def with_effects(
-    result: CaseResult, *, is_estimate: bool = False, hear: Callable[[str, CaseResult], object] = lambda *_: None
-) -> CaseResult:
-    """Return a result with the load factor that the remedy of each note gives.
-
-    A note on torsion has joints with the torsion of uniform pressure as its remedy, a note on crushing about both axes
-    the exact condition, and a note on self-stress another procedure. Each remedy takes one to three times the time of
-    the case. With ``is_estimate`` torsion and crushing take a fifth of it: the load factors of both loading paths are
-    compared after ``COMPARED`` steps. docs/theory/torsion.md compares the estimates with the remedy.
-
-    Parameters
-    ----------
-    result, is_estimate
-        The case, and whether its loading paths are compared at their beginning only.
-    hear
-        Called with the name of each fact, and the run that gives it.
-    """
-    settings = result.settings
-    other = "fictitious" if settings.procedure == "loading path" else "loading path"
-    remedies = {
-        "uniform_torsion": (_uniform, settings),
-        "lowered_friction": (_lowered, settings),
-        "biaxial_crushing": (_same, replace(settings, crushing="conic", crushing_interaction="biaxial")),
-        "other_procedure": (_same, replace(settings, procedure=other)),
-    }
-    facts: dict[str, Any] = {}
-    for name in result.wanted_effects:
-        changed_model, changed_settings = remedies[name]
-        if is_estimate and name != "other_procedure":
-            facts[name] = _estimated(changed_model(result), result, changed_settings)
-            continue
-        run = _run(changed_model(result), result, changed_settings)
-        hear(name, run)
-        facts[name] = run.load_factor if run.status is Status.CONVERGED else np.nan
-    if not facts:
-        return result
-    return result.changed(outcome=replace(result.outcome, estimated=is_estimate, **facts))
-
-
-def _same(result: CaseResult) -> Model:
-    return result.model
-
-
-def _uniform(result: CaseResult) -> Model:
-    """Return the model of a case with the torsion of uniform pressure in its joints."""
-    materials = result.model.joint_materials.items()
-    joints = {name: joint.varied(torsion=Torsion.UNIFORM_PRESSURE) for name, joint in materials}
-    return _with_joints(result.model, lambda i: joints[i.joint_material.name])
-
-
-def _lowered(result: CaseResult) -> Model:
-    """Return the model of a case with the friction of each joint divided by its excess of torsion."""
-    times = corner_torsion(result.model, result.history)["times"].clip(lower=1.0)
-
-    def lowered(interface: Interface) -> JointMaterial:
-        joint, excess = interface.joint_material, float(times[interface.name])
-        return joint if excess == 1 else joint.varied(friction_coefficient=joint.friction_coefficient / excess)
-
-    return _with_joints(result.model, lowered)
-
-
-def _with_joints(model: Model, joint_of: Callable[[Interface], JointMaterial]) -> Model:
-    # The shapes are unchanged, and need no second check.
-    other: Model = changed(model, interfaces=tuple(i.with_joint_material(joint_of(i)) for i in model.interfaces))
-    return other
-
-
-def _estimated(model: Model, result: CaseResult, settings: ProcedureSettings) -> float:
-    """Return the load factor of a case with another model and other settings, by the first steps of its loading path.
-
-    NaN without a path as long.
-    """
-    of_path = result.history["stage"].to_numpy() == Stage.LOADING_PATH.value
-    displacement, alpha = (result.history[name].to_numpy()[of_path] for name in ("displacement", "load_factor"))
-    if not len(alpha) > COMPARED:
-        return np.nan
-    problem, bound = _problem(model, result, settings)[1].at_unit_load, result.associative_load_factor
-    at_same = load_factor_at(displacement[COMPARED], problem, bound, settings)
-    return result.load_factor * at_same / float(alpha[COMPARED])
-
-
-def _run(model: Model, result: CaseResult, settings: ProcedureSettings) -> CaseResult:
-    """Return the result of a case with another model and other settings, in memory."""
-    start, iterations = perf_counter(), list[Iteration]()
-    statics, problem = _problem(model, result, settings)
-    steps = solve_limit_case(problem.at_unit_load, result.case.flow, settings, solver_of(settings))
-    outcome = conclude(steps, iterations.append)
-    proof = iterations[-1].certificate if outcome.status is Status.CONVERGED else None
-    return replace(
-        result,
-        model=model,
-        settings=settings,
-        outcome=outcome,
-        certificate=proof,
-        history=history_of(statics, problem, iterations),
-        duration=perf_counter() - start,
-        path_dependence=None,
-        capacity=None,
-        curve_outcome=None,
-    )
-
-
-def _problem(model: Model, result: CaseResult, settings: ProcedureSettings) -> tuple[Statics, LimitProblem]:
-    """Return statics and limit problem of a case with another model and other settings."""
-    statics = Statics.of(model, Division(settings.crushing_cells))
-    return statics, LimitProblem.of(statics, result.case)

@@ -18,13 +18,13 @@ from blockstruct.assess.building import DIRECTIONS, Building, building
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import KNOWLEDGE_LEVELS, Coefficients
-from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, floor_spectrum
+from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, Spectrum, floor_spectrum
 from blockstruct.assess.limit_states import LimitState
 from blockstruct.assess.lines import Line, Section
 from blockstruct.assess.local_mechanism import local_mechanism
 from blockstruct.assess.overturning import Overturning, overturning
 from blockstruct.assess.participation import Participation
-from blockstruct.assess.spectrum import NtcSpectrum, Spectrum, ntc_spectrum
+from blockstruct.assess.spectrum import NtcSpectrum, ntc_spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum, table_spectrum
 from blockstruct.assess.unit_sizes import UnitSizes, unit_sizes
 from blockstruct.assess.verdict import Verdict, WayOfChecking

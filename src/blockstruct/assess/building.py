@@ -13,13 +13,11 @@ import pandas as pd
 
 from blockstruct.analysis import AnalysisManager, kept_analysis
 from blockstruct.analysis.events import CaseFinished, Event, Progress
-from blockstruct.analysis.motions import with_effects
+from blockstruct.analysis.manager import with_effects
 from blockstruct.analysis.plan import runs_of
 from blockstruct.assess.check import LocalMechanismCheck
-from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.floor_spectrum import Spectrum
 from blockstruct.assess.local_mechanism import REMEDIES, local_mechanism
-from blockstruct.assess.spectrum import NtcSpectrum
-from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.assess.unit_sizes import UnitSizes
 from blockstruct.assess.verdict import Verdict
 from blockstruct.errors import ModelError, StorageError, made_again
@@ -174,7 +172,7 @@ class _TimeLeft:
 def building(  # noqa: PLR0913
     model: Model,
     dead: LoadPattern,
-    spectrum: NtcSpectrum | TableSpectrum | FloorSpectrum,
+    spectrum: Spectrum,
     *,
     store: str | Path | None = None,
     directions: Sequence[Any] = DIRECTIONS,

@@ -6,22 +6,17 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
+from blockstruct.assess.rotation import SAMPLES, Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results.interfaces import at_points
 from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
-
-#: Distance between the hinge of the forces and the axis of the velocities, relative to the extent of the body.
-_APART = 2e-3
-#: Points of the curve between two tie breaks.
-_SAMPLES = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +85,7 @@ def curve_of_rotation(
     hinge = pressed.point
     corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
     apart = np.cross(direction, hinge - on_axis)
-    near = _APART * np.ptp(corners, axis=0).max()
+    near = SLIGHT * np.ptp(corners, axis=0).max()
     if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from the pressure at its joints: friction, "
@@ -102,7 +97,7 @@ def curve_of_rotation(
     pulls = pulls_at(result.model, body.blocks, force)
     turning = RigidRotation.of(result.model, case, members, hinge, direction, pulls)
     alpha = turning.load_factor(0.0)
-    if abs(alpha - result.load_factor) > ACCURACY * result.load_factor:
+    if abs(alpha - result.load_factor) > SLIGHT * result.load_factor:
         msg = (
             f"the moments of weight and ties about the hinge give a load factor of {alpha:.4g}, not "
             f"{result.load_factor:.4g}: something else resists, too; {instead}"
@@ -126,7 +121,7 @@ def curve_of_rotation(
     lost = [tie for tie in turning.ties if all(tie is not held for held in parts[-1][0].ties)]
     lift = sum(tie.force * float(tie.direction @ pressed.normal) for tie in lost)
     back = pressed.setback(turning.axis, near) * lift / pressed.force
-    if back > ACCURACY * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
+    if back > SLIGHT * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
         msg = (
             f"ties that lift the body break before α vanishes, or do not count ({', '.join(t.name for t in lost)}), "
             f"so its joints crush further than at collapse, which moves the hinge back by "
@@ -151,7 +146,7 @@ def curve_of_rotation(
     # At collapse the friction found holds the body, whatever it consists of.
     at_rest = turning.force(0.0)
     pressing = -float(at_rest @ pressed.normal)
-    most = (1 + ACCURACY) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
+    most = (1 + SLIGHT) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
     slides = min(current.slides(most, pressed.normal, angles) for current, angles, _ in parts)
     if np.isfinite(slides):
         cohesive = any(i.joint_material.cohesion for i in result.model.interfaces)
@@ -230,7 +225,7 @@ def _parts(
 
 
 def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:
-    angles = np.linspace(begin, end, _SAMPLES if begin < end else 1)
+    angles = np.linspace(begin, end, SAMPLES if begin < end else 1)
     return angles, np.maximum([turning.load_factor(angle) for angle in angles.tolist()], 0.0)
 
 
@@ -286,7 +281,7 @@ class _Pressed:
         at = outside[of_point]
         # If joints resist tension, the stress block carries the force beyond it.
         tension = last["tensile_strength"].to_numpy()[at]
-        force = last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0]
+        force = at_points(last, "contact_force")[at, 0]
         normal = np.maximum(force + tension, 0.0)
         if not normal.sum() > 0:
             msg = "nothing presses the body"
@@ -312,7 +307,7 @@ class _Pressed:
             min(
                 i.joint_material.friction_coefficient
                 for i, N in zip(joints, total[outside], strict=True)
-                if ACCURACY * total[outside].max() < N
+                if SLIGHT * total[outside].max() < N
             ),
             max(depths),
             np.concatenate([i.polygon for i in joints]),

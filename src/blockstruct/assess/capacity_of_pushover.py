@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import SLIGHT, Array, Flags
 from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
@@ -14,14 +14,9 @@ from blockstruct.errors import ModelError
 from blockstruct.model import Model
 from blockstruct.results import block_rotations
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import shown
 from blockstruct.vocabulary import counted
-
-#: Least motion of the control point in the mechanism, relative to the largest: a slower point does not measure it.
-_MOVES = 0.05
-#: Sine of the largest angle between the directions of the control point and of the push.
-_ALONG = 1e-2
 
 
 def curve_of_pushover(
@@ -62,7 +57,7 @@ def curve_of_pushover(
             "(C8.7.1.2.1.6): give it one"
         )
         raise ModelError(msg)
-    if np.linalg.norm(np.cross(direction, push)) > _ALONG:
+    if np.linalg.norm(np.cross(direction, push)) > SLIGHT:
         # At a finite rotation, motion across the push is not proportional to motion along it.
         msg = (
             f"the control point at block {block!r} moves along ({components(direction)}), but the oscillator moves "
@@ -75,7 +70,7 @@ def curve_of_pushover(
     centroid = result.model.block(block).centroid
     point = centroid if case.control_point is None else np.array(case.control_point)
     delta = float((shift + np.cross(turn, point - centroid)) @ direction) / participation.scale
-    if abs(delta) < _MOVES:
+    if abs(delta) < TOGETHER:
         msg = f"the control point at block {block!r} rests in the mechanism"
         raise ModelError(msg)
     certified = _certified(capacity)
@@ -162,7 +157,7 @@ def d0_of_weights(
 
 def _turns_back(way: Array) -> Flags:
     """Return the states, (state, …), in which displacements are smaller than before."""
-    return np.asarray(np.maximum.accumulate(way) - way > ACCURACY * way.max(axis=0))
+    return np.asarray(np.maximum.accumulate(way) - way > SLIGHT * way.max(axis=0))
 
 
 def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:

@@ -5,22 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
+from blockstruct.assess.floor_spectrum import Spectrum
 from blockstruct.assess.limit_states import METHODS, LimitState
 from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
-from blockstruct.assess.spectrum import Spectrum
 from blockstruct.assess.verdict import Verdict, WayOfChecking
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.notebook import html_table
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY, with_motion
+from blockstruct.results.mechanism import with_motion
 from blockstruct.text import (
-    LISTED,
     SMALL,
     Note,
     NoteCode,
@@ -31,7 +30,7 @@ from blockstruct.text import (
     shown,
     smaller_bodies,
 )
-from blockstruct.vocabulary import Way, listed
+from blockstruct.vocabulary import LISTED, Way, listed
 
 g = STANDARD_GRAVITY
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
@@ -222,7 +221,7 @@ class LocalMechanismCheck:
                 ),
                 Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
                 [Line("least capacity of a later mechanism", self._floor, "e* ≤ 1")]
-                if whole.e_star < 1 - ACCURACY
+                if whole.e_star < 1 - SLIGHT
                 else [],
             ),
             section(

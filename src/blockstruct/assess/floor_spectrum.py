@@ -180,6 +180,10 @@ class FloorSpectrum:
         return Line("largest acceleration at z", f"a_Z = √({parts}) = {in_g(self.peak, g)}", "C7.2.3 (C7.2.8)")
 
 
+#: Demand of a check.
+Spectrum = NtcSpectrum | TableSpectrum | FloorSpectrum
+
+
 def floor_spectrum(
     ground: NtcSpectrum | TableSpectrum, modes: Iterable[Mode], *, a: float = 0.8, b: float = 1.1
 ) -> FloorSpectrum:
@@ -221,7 +225,7 @@ def floor_spectrum(
     return FloorSpectrum(ground, given, begin, end)
 
 
-def check_one_place(*demands: tuple[str, NtcSpectrum | TableSpectrum | FloorSpectrum | None]) -> None:
+def check_one_place(*demands: tuple[str, Spectrum | None]) -> None:
     """Refuse spectra of several limit states, the weakest first, that belong to different places.
 
     Periods and dampings of the modes may differ, as damage changes them (C8.7.1.2.1.4). A table has no place.

@@ -4,13 +4,12 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from blockstruct.arrays import ROUNDING, Array
+from blockstruct.arrays import ROUNDING, SLIGHT, Array
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.interfaces import NO_FORCE
-from blockstruct.results.mechanism import ACCURACY
+from blockstruct.results.interfaces import NO_FORCE, at_points
 from blockstruct.results.ties import tie_state
 from blockstruct.vocabulary import TieState
 
@@ -45,7 +44,7 @@ def separate_mechanisms(
     one, other = (np.array([body_of.get(name, -1) for name in names]) for names in sides)
     passed = np.min([_work(result, names) for names in sides], axis=0)
     own = np.array([body.total * np.linalg.norm(body.translation) for body in moving])
-    joined = (one >= 0) & (other >= 0) & (passed > ACCURACY * np.minimum(own[one], own[other]))
+    joined = (one >= 0) & (other >= 0) & (passed > SLIGHT * np.minimum(own[one], own[other]))
     pairs = np.column_stack([one, other])[joined].tolist()
     pairs += [[body_of[name] for name in tie.blocks] for tie in _stressed(result, body_of)]
     start, end = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
@@ -54,7 +53,7 @@ def separate_mechanisms(
     of_force = np.array([body_of.get(b.name, -1) for b in model.blocks])[forces.block]
     work = np.where(of_force >= 0, forces.weight * forces.displacements(model, result.mechanism), 0.0)
     pushed = np.bincount(part[of_force], work, minlength=count)
-    found = np.flatnonzero(np.abs(pushed) > ACCURACY * np.bincount(part, own, minlength=count))
+    found = np.flatnonzero(np.abs(pushed) > SLIGHT * np.bincount(part, own, minlength=count))
     return [[body for body, of in zip(moving, part, strict=True) if of == k] for k in found] or [moving]
 
 
@@ -76,7 +75,7 @@ def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
     shift, turn = (mechanism[name].transpose("block", "axis").to_numpy()[block] for name in ("translation", "rotation"))
     arm = last["contact_point_position"].to_numpy() - np.array([b.centroid for b in model.blocks])[block]
     v = np.einsum("kij,kj->ki", last["interface_frame"].to_numpy()[of_point], shift + np.cross(turn, arm))
-    work = v * last["contact_force"].transpose("contact_point", "component").to_numpy()
+    work = v * at_points(last, "contact_force")
     # Friction may take the work of normal forces: only its own weight and push may move a lintel.
     each = np.abs(work[:, 0]) + np.abs(work[:, 1:].sum(axis=1))
     return np.asarray(np.bincount(of_point, each, minlength=len(blocks)))
@@ -118,7 +117,7 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
         return found
 
     pairs = [(number.get(i.minus, -2), number.get(i.plus, -2)) for i in model.interfaces]
-    force = np.linalg.norm(last["contact_force"].transpose("contact_point", "component").to_numpy(), axis=1)
+    force = np.linalg.norm(at_points(last, "contact_force"), axis=1)
     pressed = np.bincount(last["interface_of_contact_point"].to_numpy(), force, minlength=len(pairs))
     # Forces are relative to the weight of the lesser body.
     least = NO_FORCE * np.array([*(body.total for body in moving), np.inf, np.inf])
@@ -127,7 +126,7 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
     there = at(np.array([model.interfaces[k].polygon.mean(axis=0) for k in loaded]).reshape(-1, 3))
     goes = np.einsum("jab,jb->ja", there, u[plus] - u[minus])
     size = np.linalg.norm(goes, axis=1)
-    way = np.where(size > ACCURACY, 1 / np.maximum(size, ACCURACY), 0.0)[:, None] * goes
+    way = np.where(size > SLIGHT, 1 / np.maximum(size, SLIGHT), 0.0)[:, None] * goes
     across = there - way[:, :, None] * np.einsum("ja,jab->jb", way, there)[:, None]
     ends = [(minus, -across), (plus, across)]
     ties = _stressed(result, number)

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from blockstruct.arrays import NEGLIGIBLE
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
+from blockstruct.assess.floor_spectrum import Spectrum
 from blockstruct.assess.lines import Line
 from blockstruct.assess.rotation import first_reached
-from blockstruct.assess.spectrum import LARGEST, SMALLEST, Spectrum
+from blockstruct.assess.spectrum import LARGEST
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.text import assessment, in_g, ratio_text, shown, told_apart
@@ -19,7 +21,7 @@ g = STANDARD_GRAVITY
 #: Limit state that each method relies on.
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that bracket the one at which capacity equals demand.
-_TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
+_TRIED = g * np.geomspace(NEGLIGIBLE, LARGEST, 400)
 
 
 @dataclass(frozen=True, slots=True)

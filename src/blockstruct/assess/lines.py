@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-#: Width of the names of quantities, in characters.
-_WIDTH = 38
 #: Remark on printed numbers that do not reproduce the last digit of a result.
 ROUNDED = "Printed numbers are rounded; each result is calculated from unrounded numbers."
 #: Remark on demands that a check does not cover.
@@ -32,10 +30,6 @@ class Line:
     formula: str
     source: str = ""
 
-    def __str__(self) -> str:
-        source = f"   [{self.source}]" if self.source else ""
-        return f"{self.what:<{_WIDTH}}  {self.formula}{source}"
-
 
 @dataclass(frozen=True, slots=True)
 class Section:
@@ -54,7 +48,10 @@ class Section:
     is_detail: bool = False
 
     def __str__(self) -> str:
-        return "\n".join([self.title, *(f"  {line}" for line in self.lines)])
+        width = max((len(line.what) for line in self.lines), default=0)
+        sources = (f"   [{line.source}]" if line.source else "" for line in self.lines)
+        rows = (f"  {x.what:<{width}}  {x.formula}{source}" for x, source in zip(self.lines, sources, strict=True))
+        return "\n".join([self.title, *rows])
 
 
 def section(title: str, *lines: Line | Sequence[Line], is_detail: bool = False) -> Section:

@@ -6,15 +6,17 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from blockstruct.arrays import SLIGHT
 from blockstruct.assess.activation import least_activation
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
-from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
+from blockstruct.assess.floor_spectrum import Spectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
 from blockstruct.assess.limit_states import METHODS, LimitState, by_displacement, damage, linear
 from blockstruct.assess.notes import (
+    OTHER_CURVE,
     note_of_small,
     notes_of,
     notes_of_control,
@@ -26,16 +28,13 @@ from blockstruct.assess.notes import (
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies, taking_part
 from blockstruct.assess.rotation import RigidRotation
-from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
-from blockstruct.assess.table_spectrum import TableSpectrum
-from blockstruct.assess.tolerances import OTHER_CURVE
 from blockstruct.assess.verdict import WayOfChecking
 from blockstruct.errors import ModelError, check_known
 from blockstruct.errors import shown as as_given
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import MacroBlock, Spread, macro_blocks
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY, TOGETHER
+from blockstruct.results.mechanism import TOGETHER
 from blockstruct.text import EFFECT, Note, assessment
 from blockstruct.vocabulary import Procedure, Status, Way, listed
 
@@ -52,12 +51,12 @@ REMEDIES = {
 def local_mechanism(  # noqa: PLR0913
     result: CaseResult | Spread,
     confidence_factor: float | None = None,
-    spectrum: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
+    spectrum: Spectrum | None = None,
     *,
     knowledge_level: str | None = None,
     method: str = "linear",
-    spectrum_sld: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
-    spectrum_slc: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
+    spectrum_sld: Spectrum | None = None,
+    spectrum_slc: Spectrum | None = None,
     beside: Overturning | None = None,
     coefficients: Coefficients | None = None,
     tolerance: float = TOGETHER,
@@ -265,7 +264,7 @@ class _Request:
                 others += [WayOfChecking(way, alpha0, whole.e_star, one) for way, one in pairs if one]
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
-        if beside is not None and beside.alpha0 < (1 - ACCURACY) * alpha0:
+        if beside is not None and beside.alpha0 < (1 - SLIGHT) * alpha0:
             notes.append(assessment.hand_is_lower(beside.alpha0, alpha0))
         return LocalMechanismCheck(
             result=found,
@@ -372,8 +371,8 @@ def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -
     raise ModelError(msg)
 
 
-def _spectrum(name: str, value: object) -> NtcSpectrum | TableSpectrum | FloorSpectrum:
-    if not isinstance(value, NtcSpectrum | TableSpectrum | FloorSpectrum):
+def _spectrum(name: str, value: object) -> Spectrum:
+    if not isinstance(value, Spectrum):
         _refuse_kind(name, value, "bs.assess.ntc_spectrum(…) or another")
     return value
 

@@ -5,18 +5,17 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 import xarray as xr
 
+from blockstruct.arrays import SLIGHT
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
-from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.floor_spectrum import FloorSpectrum, Spectrum
 from blockstruct.assess.limit_states import LimitState
-from blockstruct.assess.overturning import Overturning
+from blockstruct.assess.overturning import Overturning, supporting
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
-from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
-from blockstruct.assess.tolerances import OTHER_CURVE, STANDS
+from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.model import Model
 from blockstruct.results import MacroBlock, applied_loads, doubtful_parts
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import tie_state
 from blockstruct.text import EFFECT, Note, Severity, assessment
 from blockstruct.vocabulary import Flow, TieState
@@ -25,6 +24,8 @@ from blockstruct.vocabulary import Flow, TieState
 _OUT_OF_PLANE = 0.05
 #: Load factor at the end of a capacity curve, relative to the first, from which the curve ends too early.
 _LEFT = 0.1
+#: Difference of the d0 of two capacity curves of one mechanism, from which they do not describe one motion.
+OTHER_CURVE = 0.03
 #: Height above the foot of the structure, relative to its own, from which a mechanism needs a floor spectrum.
 _HIGH = 0.25
 
@@ -140,18 +141,14 @@ def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectr
 def _stands(model: Model, moving: Collection[str]) -> bool:
     """Return whether any moving block stands on a support, rather than next to one."""
     fixed = {b.name for b in model.blocks if b.fixed}
-    return any(
-        (i.plus in moving and i.minus in fixed and i.normal[2] > STANDS)
-        or (i.minus in moving and i.plus in fixed and -i.normal[2] > STANDS)
-        for i in model.interfaces
-    )
+    return any(below in fixed and above in moving for below, above in supporting(model))
 
 
 def notes_of_height(model: Model, beside: Overturning, part: Sequence[MacroBlock]) -> list[Note]:
     """Return whether the mechanism by hand stands higher than the one found, which changes its demand."""
     feet = [min(model.block(n).shape.vertices[:, 2].min() for n in names) for names in (beside.blocks, _moving(part))]
     height = float(feet[0] - feet[1])
-    return [assessment.hand_is_higher(height)] if height > ACCURACY * model.characteristic_length else []
+    return [assessment.hand_is_higher(height)] if height > SLIGHT * model.characteristic_length else []
 
 
 def notes_of_control(

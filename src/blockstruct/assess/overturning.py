@@ -6,31 +6,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
-from blockstruct.arrays import NEGLIGIBLE, Array
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
 from blockstruct.assess.lines import Line, section
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
-from blockstruct.assess.tolerances import STANDS
+from blockstruct.assess.rotation import SAMPLES, Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
+from blockstruct.model.fit import OFF_FACE
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.text import EFFECT, Note, assessment, shown
 from blockstruct.units import QuantityLike, si, si_array
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import JointOrientation, counted
 
 _WHO = "overturning"
-#: Distance of an edge from the blocks, relative to their extent, up to which it is accepted.
-_BESIDE = 0.05
-#: Corrections of the setback of the hinge.
-_PASSES = 3
-#: Angles that bracket the one at which the resultant leaves the edge.
-_ANGLES = 60
-#: Distance between an edge and a joint, relative to the extent of the blocks, up to which the edge lies at the joint.
-_AT_JOINT = 5e-3
-#: Points of an edge that are tested against a joint.
-_POINTS = 41
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +144,9 @@ def overturning(
 
         The hinge decides which ties the rotation slackens, and the ties decide where the hinge is.
         """
-        N = 0.0
-        for _ in range(1 + _PASSES):
+        N, tried = 0.0, set[float]()
+        while N not in tried:
+            tried.add(N)
             setback = N / (2 * f_c * crushed)
             hinge = middle + setback * inward
             pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
@@ -264,7 +256,7 @@ def _ends_of(edge: Any, blocks: Sequence[Block]) -> Array:
         raise ModelError(msg)
     corners = np.concatenate([b.shape.vertices for b in blocks])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    room = _BESIDE * np.ptp(corners, axis=0).max()
+    room = OFF_FACE * np.ptp(corners, axis=0).max()
     if np.any(ends < low - room) or np.any(ends > high + room):
         start, end, first, last = (np.round(point, 4).tolist() for point in (*ends, low, high))
         msg = (
@@ -292,7 +284,7 @@ def _leaves(rotation: RigidRotation, free: RigidRotation, theta0: float, length:
     at_rest = rotation.leaves(ends, normal, np.zeros(1))
     if np.isfinite(at_rest) or np.isnan(theta0):
         return at_rest
-    return free.leaves(ends, normal, np.linspace(0.0, theta0, _ANGLES))
+    return free.leaves(ends, normal, np.linspace(0.0, theta0, SAMPLES))
 
 
 def _pressed(down: float, pulls: Sequence[Pull]) -> float:
@@ -307,12 +299,16 @@ def _pressed(down: float, pulls: Sequence[Pull]) -> float:
     return N
 
 
+def supporting(model: Model) -> list[tuple[str, str]]:
+    """Return the blocks below and above each joint on which a block stands."""
+    joints = [joint for joint in model.interfaces if joint.orientation is not JointOrientation.HEAD]
+    return [(j.minus, j.plus) if j.normal[2] > 0 else (j.plus, j.minus) for j in joints]
+
+
 def _standing_on(model: Model, names: set[str]) -> list[Line]:
     """Return the line on blocks that stand on these and are not among them."""
     counted = names | {b.name for b in model.blocks if b.fixed}
-    level = [joint for joint in model.interfaces if abs(joint.normal[2]) > STANDS]
-    pairs = [(j.minus, j.plus) if j.normal[2] > 0 else (j.plus, j.minus) for j in level]
-    standing = dict.fromkeys(above for below, above in pairs if below in names and above not in counted)
+    standing = dict.fromkeys(above for below, above in supporting(model) if below in names and above not in counted)
     return [Line("standing on them, not counted", ", ".join(standing), "C8.7.1.2.1.1")] if standing else []
 
 
@@ -335,11 +331,11 @@ def _notes_of_joints(
         return ()
     up /= np.linalg.norm(up)
     corners = np.concatenate([b.shape.vertices for b in bodies])
-    near = _AT_JOINT * float(np.ptp(corners, axis=0).max())
+    near = SLIGHT * float(np.ptp(corners, axis=0).max())
     below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in bodies}
     joints = _joints_at(model, set(below), ends[0], axis, pressing, near)
     if any(begin <= length + near and end >= -near for begin, end in joints):
-        total = _length_of(joints)
+        total = float(shapely.union_all(shapely.linestrings([[(x, 0.0) for x in part] for part in joints])).length)
         less = alpha_of(total) if 0 < total < length / (1 + EFFECT) else alpha0
         return (assessment.edge_is_long(length, total, alpha0, less),) if less < (1 - EFFECT) * alpha0 else ()
     furthest = max(below, key=below.__getitem__)
@@ -365,17 +361,10 @@ def _joints_at(
         along = along / np.linalg.norm(along)
         frame = np.array([along, np.cross(inward, along), inward])
         reach = (joint.polygon - start) @ axis
-        points = start + np.linspace(reach.min(), reach.max(), _POINTS)[:, None] * axis
-        box, at = joint.polygon @ frame.T, points @ frame.T
-        if np.any(np.all((box.min(axis=0) - near <= at) & (at <= box.max(axis=0) + near), axis=1)):
+        box, at = joint.polygon @ frame.T, frame @ start
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Where the line enters and leaves the slabs between opposite sides of a box around the joint.
+            sides = (np.array([box.min(axis=0) - near, box.max(axis=0) + near]) - at) / (frame @ axis)
+        if max(reach.min(), sides.min(axis=0).max()) <= min(reach.max(), sides.max(axis=0).min()):
             found.append((float(reach.min()), float(reach.max())))
     return found
-
-
-def _length_of(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the length that parts of a line cover, m, from the begin and the end of each."""
-    total, covered = 0.0, -np.inf
-    for begin, end in sorted(parts):
-        total += max(end - max(begin, covered), 0.0)
-        covered = max(covered, end)
-    return float(total)

@@ -6,12 +6,13 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import NEGLIGIBLE, Array
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
-from blockstruct.results.mechanism import ACCURACY
 
+#: Number of angles at which a rotation is sampled.
+SAMPLES = 60
 #: Angles, from zero to a right angle, that bracket a wanted one.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
 
@@ -159,7 +160,7 @@ class RigidRotation:
         angles
             Ascending, rad.
         """
-        across, room = np.cross(self.axis, normal), ACCURACY * (ends[1] - ends[0])
+        across, room = np.cross(self.axis, normal), SLIGHT * (ends[1] - ends[0])
 
         def beyond(angle: float) -> float:
             turn, alpha = self._turn(angle), self.load_factor(angle)

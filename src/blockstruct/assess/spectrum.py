@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError, check_known
 from blockstruct.model import STANDARD_GRAVITY
@@ -17,41 +17,10 @@ from blockstruct.units import QuantityLike, si
 
 g = STANDARD_GRAVITY
 
-#: Ground accelerations, in multiples of gravity, that bracket a wanted one.
-SMALLEST, LARGEST = 1e-5, 10.0
+#: Largest ground acceleration, in multiples of gravity.
+LARGEST = 10.0
 #: Least maximum amplification of a horizontal spectrum on rock, NTC 2018 § 3.2; and one that no site reaches.
 LEAST_F0, LARGEST_F0 = 2.2, 5.0
-
-
-class Spectrum(Protocol):
-    """Interface of the demand of a check."""
-
-    @property
-    def ag(self) -> float:
-        """Ground acceleration of the spectrum, m/s²."""
-
-    @property
-    def peak(self) -> float:
-        """Largest acceleration of the support of the mechanism, m/s²."""
-
-    def acceleration(self, period: ArrayLike, damping: float) -> Array:
-        """Return the spectral acceleration, m/s², at periods in s, for a damping ratio such as 0.05."""
-
-    def displacement(self, period: ArrayLike, damping: float) -> Array:
-        """Return the spectral displacement, m."""
-
-    def at(self, ag: float) -> Self:
-        """Return the spectrum of the same site at another ground acceleration, m/s²."""
-
-    def lines(self) -> list[Line]:
-        """Return the lines of its calculation."""
-
-    def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
-        """Return the line on a spectral displacement."""
-
-    @property
-    def peak_line(self) -> Line:
-        """Line on :attr:`peak`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,8 +286,8 @@ def checked_periods(period: ArrayLike) -> Array:
 
 def check_ground(who: str, ag: float) -> None:
     """Refuse a number that cannot be a ground acceleration, m/s²."""
-    between = f"an ag from {SMALLEST:g} g and up to {LARGEST:g} g"
-    check(SMALLEST * g <= ag <= LARGEST * g, f"{who}: ag {ag:.4g} m/s²", between)
+    between = f"an ag from {NEGLIGIBLE:g} g and up to {LARGEST:g} g"
+    check(NEGLIGIBLE * g <= ag <= LARGEST * g, f"{who}: ag {ag:.4g} m/s²", between)
 
 
 def check(holds: bool, what: str, remedy: str) -> None:

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.limit_states import LimitState
-from blockstruct.results.mechanism import ACCURACY
 from blockstruct.text import Note, assessment
 from blockstruct.vocabulary import Way
 
@@ -146,7 +145,7 @@ class Verdict:
             self.governing.e_star,
             run=self.run,
             ends=self.range,
-            floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - ACCURACY) * self.ratio else None,
+            floor=self.floor if np.isfinite(self.floor) and self.floor < (1 - SLIGHT) * self.ratio else None,
             is_estimate=self.governing.is_estimate,
         )
 

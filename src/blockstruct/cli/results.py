@@ -252,13 +252,16 @@ def export(
 ) -> None:
     """Write results for other programs: Blender, Rhino, COMPAS, ParaView, Excel."""
     from blockstruct.views import export as views
+    from blockstruct.views import paraview
 
+    moved = (views.write_moved, {"amplitude", "step"})
+    writers: dict[str, Any] = {".glb": (views.write_glb, {"amplitude"}), ".obj": moved, ".stl": moved}
+    writers |= {".json": (views.write_assembly, set()), ".pvd": (paraview.write_paraview, set())}
     analysis = bs.open_analysis(file)
     suffix, target = output.suffix.lower(), _beside(output, file)
-    options = {"amplitude": amplitude, "step": step}
-    moves: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
-    allowed = {".glb": {"amplitude"}, ".obj": {"amplitude", "step"}, ".stl": {"amplitude", "step"}}
-    if wrong := sorted(moves.keys() - allowed.get(suffix, set())):
+    write, allowed = writers.get(suffix, (None, set()))
+    moves = {name: value for name, value in (("amplitude", amplitude), ("step", step)) if value is not None}
+    if wrong := sorted(moves.keys() - allowed):
         msg = f"--{wrong[0]}: does not apply to {output}; leave it out"
         raise bs.errors.ModelError(msg)
     if suffix in ("", ".xlsx"):
@@ -268,17 +271,10 @@ def export(
     if case is None and len(names) > 1:
         msg = f"--case: {file} has the cases {', '.join(map(repr, names))}; give one of them"
         raise bs.errors.ModelError(msg)
-    result = analysis[names[0] if case is None else case]
-    writers: dict[str, Any] = {".glb": views.write_glb, ".json": views.write_assembly}
-    writers |= dict.fromkeys((".obj", ".stl"), views.write_moved)
-    if suffix == ".pvd":
-        from blockstruct.views.paraview import write_paraview
-
-        writers[suffix] = write_paraview
-    if suffix not in writers:
+    if write is None:
         msg = f"{output}: unknown kind of file; names end in .glb, .obj, .stl, .json, .pvd or .xlsx"
         raise bs.errors.ModelError(msg)
-    _written(writers[suffix](result, target, **moves))
+    _written(write(analysis[names[0] if case is None else case], target, **moves))
 
 
 def _project_line(line: str) -> tuple[str, str]:

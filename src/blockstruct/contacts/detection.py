@@ -35,15 +35,12 @@ from blockstruct.model import (
     checked_tuple,
     lies_between,
 )
-from blockstruct.model.detection_report import LISTED
-from blockstruct.model.fit import OVERLAP, Same, overlaps, same_blocks
+from blockstruct.model.fit import CLOSE, NEAR, OVERLAP, Same, overlaps, same_blocks
 from blockstruct.units import QuantityLike, si, to_quantity
-from blockstruct.vocabulary import JointOrientation, counted
+from blockstruct.vocabulary import JointOrientation, counted, shortened
 
 # Limits of detection: lengths relative to the mean block size, areas relative to its square, angles in radians.
 
-#: Largest distance of two reported faces, and of two reported blocks without a contact: the width of a mortar joint.
-REACH, CLOSE = 1e-2, 0.1
 #: Default angle tolerance, as a text.
 ANGLE = "1 deg"
 #: Largest angle of two reported faces, and of two faces that look at each other, radians.
@@ -163,7 +160,7 @@ def _face_pairs(
     Pieces of one contact are joined.
     """
     rounding = min(limits.gap, OVERLAP * size)
-    reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
+    reach, angle = max(2 * limits.gap, NEAR * size), max(2 * limits.angle, ANGLE_REACH)
     pairs = coplanar_face_pairs(shapes, reach, angle, rounding=rounding)
     pairs = without_far_sides([p for p in pairs if p.area > ROUNDING * size**2], rounding)
     apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
@@ -393,14 +390,12 @@ class CorrectedJoints:
     def __str__(self) -> str:
         if not self.closed:
             return "no joint was opened by repairs of its faces"
-        rows = [f"  {c.minus} | {c.plus}: {c.gap:.3g} m, area {c.area:.3g} m^2" for c in self.closed[:LISTED]]
-        if len(self.closed) > LISTED:
-            rows.append(f"  and {len(self.closed) - LISTED} more")
+        joints = [f"{c.minus} | {c.plus}: {c.gap:.3g} m, area {c.area:.3g} m^2" for c in self.closed]
         largest = max(abs(c.gap) for c in self.closed)
         method = "listed as explicit interfaces" if self.tolerance is None else "detected with this gap tolerance"
         closed, their = counted(len(self.closed), "joint"), "its" if len(self.closed) == 1 else "their"
         head = f"{closed} closed that repairs of {their} faces opened"
-        return "\n".join([f"{head}, by up to {largest:.3g} m, {method}:", *rows])
+        return "\n".join([f"{head}, by up to {largest:.3g} m, {method}:", *(f"  {row}" for row in shortened(joints))])
 
 
 def corrected_joints(

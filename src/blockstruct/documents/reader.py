@@ -145,7 +145,7 @@ def document_of(content: dict[str, Any], name: str) -> Document:
     ModelError
         If the content does not describe a valid model.
     """
-    _check(content, "model-1", name)
+    check_content(content, "model-1", name)
     return _build(content, name, "")
 
 
@@ -156,11 +156,12 @@ def _content(stored: bytes, path: Path, schema: str) -> dict[str, Any]:
         msg = f"{path}: is not text; give a YAML or JSON document. `blockstruct show` prints an analysis file"
         raise StorageError(msg) from error
     content: dict[str, Any] = _load(text, path)
-    _check(content, schema, path)
+    check_content(content, schema, path)
     return content
 
 
-def _check(content: Any, schema: str, where: object) -> None:
+def check_content(content: Any, schema: str, where: object) -> None:
+    """Refuse a content that violates a schema."""
     problems = violations(content, schema)
     if problems:
         msg = f"{where}: {listed_violations(problems)}"

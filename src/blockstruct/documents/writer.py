@@ -13,7 +13,8 @@ import numpy as np
 from blockstruct.arrays import ROUNDING
 from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
-from blockstruct.errors import DocumentError, ModelError
+from blockstruct.documents.reader import check_content
+from blockstruct.errors import ModelError
 from blockstruct.files import check_new, write_new
 from blockstruct.model import (
     JOINT_PROPERTIES,
@@ -36,7 +37,6 @@ from blockstruct.model import (
     kind_of,
     tie_kind_of,
 )
-from blockstruct.schema import listed_violations, violations
 from blockstruct.units import si, si_text
 from blockstruct.vocabulary import Torsion
 
@@ -101,9 +101,7 @@ def write_document(
 def _same(known: list[Interface], detected: list[Interface]) -> bool:
     """Whether the interfaces of two blocks are equal to the detected interfaces."""
     return len(known) == len(detected) and all(
-        one.name == other.name
-        and one.minus == other.minus
-        and one.joint_material == other.joint_material
+        (one.name, one.minus, one.joint_material) == (other.name, other.minus, other.joint_material)
         and one.polygon.shape == other.polygon.shape
         and np.allclose(one.polygon, other.polygon, rtol=0, atol=ROUNDING * np.ptp(one.polygon, axis=0).max())
         for one, other in zip(known, detected, strict=True)
@@ -159,34 +157,20 @@ def write_draft(
     path, limits = Path(path), _limits(path, **tolerances)
     check_new_document(path)
     check_unrepeated((case.name for case in cases), f"{path}: case")
-    patterns = {p.name: p for case in cases for p in case.patterns}
-    if any(patterns[p.name] != p for case in cases for p in case.patterns):
-        msg = f"{path}: different load patterns share a name; rename one"
-        raise ModelError(msg)
-    materials = {b.material.name: b.material for b in blocks}
-    if any(materials[b.material.name] != b.material for b in blocks):
-        msg = f"{path}: different materials share a name; rename one"
-        raise ModelError(msg)
-    detection: dict[str, Any] = {"joint_material": joint_material.name, **limits}
-    if explicit:
-        detection["explicit"] = [
-            {
-                "name": i.name,
-                "minus": i.minus,
-                "plus": i.plus,
-                "unit": "m",
-                "polygon": i.polygon.tolist(),
-                "joint_material": i.joint_material.name,
-            }
-            for i in explicit
-        ]
-    joints = {j.name: j for j in (joint_material, *(i.joint_material for i in explicit))}
+    patterns = _by_name([p for case in cases for p in case.patterns], f"{path}: different load patterns")
+    materials = _by_name([block.material for block in blocks], f"{path}: different materials")
+    joints = _by_name([joint_material, *(i.joint_material for i in explicit)], f"{path}: different joint materials")
+    listed = [
+        {"name": i.name, "minus": i.minus, "plus": i.plus, "joint_material": i.joint_material.name}
+        | {"unit": "m", "polygon": i.polygon.tolist()}
+        for i in explicit
+    ]
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
         "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} | _source(m) for n, m in materials.items()},
         "joint_materials": {n: _joint(j) for n, j in joints.items()},
-        "interfaces": detection,
+        "interfaces": {"joint_material": joint_material.name, **limits} | ({"explicit": listed} if listed else {}),
         "load_patterns": {p.name: _loads(p) for p in patterns.values()},
         "cases": [_case(c) for c in cases],
     }
@@ -195,11 +179,16 @@ def write_draft(
     if settings:
         content["settings"] = asdict(settings) if is_dataclass(settings) else dict(settings)
     content["blocks"] = [_block(b) for b in blocks]
-    problems = violations(content, "model-1")
-    if problems:
-        msg = f"{path}: {listed_violations(problems)}"
-        raise DocumentError(msg)
+    check_content(content, "model-1", path)
     return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else yaml_core.dump(content))
+
+
+def _by_name(items: Sequence[Any], what: str) -> dict[str, Any]:
+    named = {item.name: item for item in items}
+    if any(named[item.name] != item for item in items):
+        msg = f"{what} share a name; rename one"
+        raise ModelError(msg)
+    return named
 
 
 def _case(case: Case) -> dict[str, Any]:

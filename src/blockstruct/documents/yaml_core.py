@@ -6,15 +6,13 @@ plain text that the two versions read differently, and writes such a text in quo
 
 import re
 from collections.abc import Iterator
+from copy import deepcopy
 from typing import Any, NoReturn
 
 import yaml
 
 from blockstruct.errors import shown
 from blockstruct.files import MOST_READ
-
-#: Largest number of levels of a document. A vertex of a block is on the sixth.
-MOST_LEVELS = 40
 
 #: Remedy for a number with a decimal comma in a mapping on one line, where a comma ends a value.
 _POINT = ", or write a number with a decimal point: 0.5 for 0,5"
@@ -41,7 +39,9 @@ def load(text: str) -> Any:
     ------
     yaml.YAMLError, ValueError
         If the text is not YAML, a key is repeated or not a text, YAML 1.1 and 1.2 read a text differently, there is a
-        tag, or the levels or the aliases exceed their limits.
+        tag, or the aliases exceed their limit.
+    RecursionError
+        If there are too many levels.
     """
     # libyaml, if available, is several times as fast.
     return _Reading(yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))).document()
@@ -83,35 +83,34 @@ class _Reading:
         next(self._events)
         if isinstance(next(self._events), yaml.StreamEndEvent):
             return None
-        value, _ = self._value(next(self._events), 0)
+        value, _ = self._value(next(self._events))
         next(self._events)
         after = next(self._events)
         if not isinstance(after, yaml.StreamEndEvent):
             _refuse("a second document; keep one document per file", after)
         return value
 
-    def _value(self, event: Any, level: int) -> tuple[Any, int]:
+    def _value(self, event: Any) -> tuple[Any, int]:
         if isinstance(event, yaml.AliasEvent):
-            return self._alias(event, level)
+            return self._alias(event)
         if event.tag is not None:
             _refuse(f"the tag {event.tag!r}; leave tags out, and quote a text that looks like a number", event)
-        _check_level(level, event)
         if event.anchor is not None:
             # None until the value of the anchor is known.
             self._anchors[event.anchor] = None
         value: tuple[Any, int]
         match event:
             case yaml.MappingStartEvent():
-                value = self._mapping(event, level)
+                value = self._mapping(event)
             case yaml.SequenceStartEvent():
-                value = self._sequence(level)
+                value = self._sequence()
             case _:
                 value = _scalar(event), 1 + len(event.value)
         if event.anchor is not None:
             self._anchors[event.anchor] = value
         return value
 
-    def _alias(self, event: Any, level: int) -> tuple[Any, int]:
+    def _alias(self, event: Any) -> tuple[Any, int]:
         if event.anchor not in self._anchors:
             _refuse(f"the alias *{event.anchor} has no anchor before it", event)
         value = self._anchors[event.anchor]
@@ -121,46 +120,31 @@ class _Reading:
         if self._added > MOST_READ:
             _refuse(f"aliases stand for more than {MOST_READ:,} characters in all; write the values out", event)
         # A copy, so that a change of one place of the document does not change the others.
-        return _copied(value[0], event, level), value[1]
+        return deepcopy(value[0]), value[1]
 
-    def _sequence(self, level: int) -> tuple[list[Any], int]:
+    def _sequence(self) -> tuple[list[Any], int]:
         values, size = [], 1
         while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
-            value, more = self._value(event, level + 1)
+            value, more = self._value(event)
             values.append(value)
             size += more
         return values, size
 
-    def _mapping(self, start: Any, level: int) -> tuple[dict[str, Any], int]:
+    def _mapping(self, start: Any) -> tuple[dict[str, Any], int]:
         values: dict[str, Any] = {}
         twice, size = [], 1
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
-            key, more = self._value(event, level + 1)
+            key, more = self._value(event)
             if not isinstance(key, str):
                 comma = isinstance(key, int) and values and isinstance(next(reversed(values.values())), int)
                 _refuse(f"a key that is not text; quote it{_POINT if comma else ''}", event)
             if key in values:
                 twice.append(key)
-            values[key], size_of_value = self._value(next(self._events), level + 1)
+            values[key], size_of_value = self._value(next(self._events))
             size += more + size_of_value
         if twice:
             _refuse(f"repeated keys {shown(sorted(set(twice)))}; rename or merge them", start)
         return values, size
-
-
-def _copied(value: Any, alias: Any, level: int) -> Any:
-    """Return a deep copy of the value of an alias at a level."""
-    _check_level(level, alias)
-    if isinstance(value, dict):
-        return {key: _copied(held, alias, level + 1) for key, held in value.items()}
-    if isinstance(value, list):
-        return [_copied(held, alias, level + 1) for held in value]
-    return value
-
-
-def _check_level(level: int, place: Any) -> None:
-    if level > MOST_LEVELS:
-        _refuse(f"nested more than {MOST_LEVELS} levels deep; reduce the levels", place)
 
 
 def _scalar(event: Any) -> Any:

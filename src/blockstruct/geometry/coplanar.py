@@ -8,12 +8,12 @@ from math import copysign
 import numpy as np
 import shapely
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import CHUNK, SLIGHT, Array, Flags, Index
 from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import expanded, facing_pairs
 from blockstruct.geometry.polygon import next_corners, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import ALIKE, CHUNK, GRID, SIDEWAYS, SNAP
+from blockstruct.geometry.tolerances import ALIKE, GRID
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +176,7 @@ def _angle(one: Array, other: Array) -> Array:
 
 def _half_space_sign(normals: Array) -> Array:
     """Return +1 for a normal that points up (or, if level, along +y, then +x), else −1."""
-    x, y, z = np.where(np.abs(normals) < SIDEWAYS, 0.0, normals).T
+    x, y, z = np.where(np.abs(normals) < SLIGHT, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)
 
@@ -239,7 +239,7 @@ def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair
     middle, normal = _plane(pieces)
     axes = np.stack(plane_axes(normal))
     outlines = uncrossed(np.array([shapely.Polygon((p.polygon - middle) @ axes.T) for p in pieces]))
-    union = shapely.union_all(outlines, grid_size=SNAP * rounding)
+    union = shapely.union_all(outlines, grid_size=SLIGHT * rounding)
     pieced = union
     if _has_holes(union) or len(shapely.get_parts(union)) > 1:
         # Close slits between pieces of a rough face that are no wider than the gap.

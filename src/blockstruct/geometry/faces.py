@@ -8,11 +8,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import CHUNK, Array, Index
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import CHUNK, LIES_ON
+from blockstruct.geometry.tolerances import LIES_ON
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,8 @@ import numpy as np
 import shapely
 from scipy.sparse import coo_array
 
-from blockstruct.arrays import Array, Flags, Index
+from blockstruct.arrays import CHUNK, Array, Flags, Index
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import CHUNK
 
 #: Unit vector that is not along the faces of usual structures: half of all faces look along it.
 OBLIQUE = np.array([0.36, 0.48, 0.8])

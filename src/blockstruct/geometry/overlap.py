@@ -7,10 +7,10 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
+from blockstruct.arrays import CHUNK, NEGLIGIBLE, Array, Flags, Index
 from blockstruct.geometry.neighbours import box_pairs, expanded, separations
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, SAMPLES
+from blockstruct.geometry.tolerances import NO_AREA, SAMPLES
 from blockstruct.geometry.triangles import between_crossings, distances, half_solid_angles, triangulated
 
 #: Vertices of the triangles of a face.
@@ -255,7 +255,7 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
     axes = [a.normals, b.normals]
     edges, others = _directions(a), _directions(b)
     # For finely faceted bodies the normals are enough.
-    if len(edges) * len(others) <= MOST_CROSSINGS:
+    if len(edges) * len(others) * (len(a.vertices) + len(b.vertices)) <= CHUNK:
         cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
         length = np.linalg.norm(cross, axis=1)
         axes.append(cross[length > NEGLIGIBLE] / length[length > NEGLIGIBLE, None])

@@ -8,9 +8,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.arrays import ROUNDING, Array, Index
+from blockstruct.arrays import ROUNDING, SLIGHT, Array, Index
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.tolerances import SIDEWAYS
 
 Outlines = NDArray[Any]
 
@@ -38,7 +37,7 @@ class PlanFaces:
         """Return the parts between two levels of faces that look up (sense 1) or down (sense −1)."""
         body, outline, height = [], [], []
         for i, shape in enumerate(shapes):
-            for k in np.flatnonzero(sense * shape.normals[:, 2] > SIDEWAYS):
+            for k in np.flatnonzero(sense * shape.normals[:, 2] > SLIGHT):
                 corners = shape.vertices[list(shape.faces[k])]
                 part = clipped(clipped(corners, 2, high), 2, low, keep=1)
                 if len(part) < 3:

@@ -18,8 +18,6 @@ LARGEST_DEVIATION = 2e-3
 
 #: Grid of polygons to intersect, relative to their extent: well above rounding, well below every tolerance.
 GRID = 1e-11
-#: Largest share of an outline in areas where it crosses itself by rounding.
-CROSSING = 1e-3
 #: Sine of the angle between two edges, modulo a right angle, below which they give the same grid.
 SAME_GRID = 0.08
 
@@ -31,19 +29,11 @@ PARALLEL = 0.99
 ALIKE = math.cos(math.radians(45))
 #: Largest angle between a polygon and the face on which it lies.
 LIES_ON = math.radians(60)
-#: Component of a unit normal that counts as zero when the two sides of an interface are ordered.
-SIDEWAYS = 1e-3
-#: Grid on which edges of pieces meet, relative to rounding.
-SNAP = 1e-3
 
 # Bodies against bodies
 
-#: Largest number of pairs of edges that are tested as separating axes.
-MOST_CROSSINGS = 20_000
 #: Number of lines per side of the sampling grids for two bodies that are not convex.
 SAMPLES = 12
-#: Number of values per chunk. It limits the memory and has no effect on the result.
-CHUNK = 2_000_000
 
 # Moved bodies against each other
 

@@ -19,7 +19,7 @@ from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, che
 from blockstruct.imports.source import Imported, Repair, checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH
 from blockstruct.model import Material
-from blockstruct.model.checks import MOST_BLOCKS, positive_length
+from blockstruct.model.checks import MOST, positive_length
 from blockstruct.units import QuantityLike
 
 
@@ -180,11 +180,11 @@ def check_expansion(drawing: Any, path: Path, depth: int) -> None:
 
     inserts = [e for e in drawing.modelspace() if e.dxftype() == "INSERT"]
     sizes = [_copies(e) * (1 + inside(_name(e), 1)) for e in inserts]
-    if sum(sizes) > MOST_BLOCKS:
+    if sum(sizes) > MOST:
         worst = inserts[sizes.index(max(sizes))]
         msg = (
             f"{path}: its blocks expand to {sum(sizes):.3g} entities, block {_name(worst)!r} alone to "
-            f"{max(sizes):.3g}, the limit is {MOST_BLOCKS}; remove entities that are not stones, or draw fewer copies"
+            f"{max(sizes):.3g}, the limit is {MOST}; remove entities that are not stones, or draw fewer copies"
         )
         raise GeometryFileError(msg)
 

@@ -19,12 +19,12 @@ from blockstruct.geometry.polygon import Face, Planes, plane_axes
 from blockstruct.geometry.polyhedron import lofted
 from blockstruct.imports.source import Imported, ImportReport, Repair
 from blockstruct.imports.surface import closed_bodies, closed_surface, collapsed, compact, gathered, welded
-from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
+from blockstruct.imports.tolerances import FARTHEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
-from blockstruct.model.detection_report import LISTED
+from blockstruct.model.fit import CLOSE, NEAR
 from blockstruct.units import QuantityLike, si, to_quantity
-from blockstruct.vocabulary import MOTIONS, counted
+from blockstruct.vocabulary import MOTIONS, counted, listed, shortened
 
 
 def block_behind(face: Array, bodies: Sequence[Array]) -> tuple[Array, list[tuple[int, ...]]]:
@@ -75,7 +75,7 @@ def ground_under(blocks: Sequence[Block], level: str, source: str) -> Block:
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.mean([b.volume for b in blocks]) ** (1 / 3))
     top = float(low[2]) if level in ("", "lowest") else si(level, "length", f"{source}: level of the ground")
-    if low[2] < top - LOWEST * size:
+    if low[2] < top - NEAR * size:
         deepest = min(blocks, key=lambda b: float(b.shape.vertices[:, 2].min()))
         msg = (
             f"{source}: block {deepest.name!r} reaches down to {low[2]:.6g} m, below the ground at {top:.6g} m; give a "
@@ -145,11 +145,7 @@ class LeftOut:
 
     def texts(self, label: str = "") -> list[str]:
         """Return one text per kind: number, kind and names."""
-        return [
-            f"{len(names)} {kind} ({label}{', '.join(names[:LISTED])}"
-            f"{f', and {len(names) - LISTED} more' if len(names) > LISTED else ''})"
-            for kind, names in sorted(self.names.items())
-        ]
+        return [f"{len(names)} {kind} ({label}{listed(names)})" for kind, names in sorted(self.names.items())]
 
 
 def metres_per_unit(unit: QuantityLike, source: str) -> float:
@@ -280,11 +276,9 @@ def make_blocks(
             moves[body.name] = surface.moves
         repairs += [Repair(body.name, kind, amount) for kind, amount in surface.repairs.items()]
     if refused:
-        rest = f"\n  and {len(refused) - 10} more" if len(refused) > 10 else ""
-        listed = "\n  ".join(refused[:10])
         of_bodies = counted(len(bodies), "body", "bodies")
         are_none = "is not a block" if len(refused) == 1 else "are not blocks"
-        msg = f"{source}: {len(refused)} of {of_bodies} {are_none}:\n  {listed}{rest}"
+        msg = f"{source}: {len(refused)} of {of_bodies} {are_none}:\n  " + "\n  ".join(shortened(refused))
         raise GeometryFileError(msg)
     blocks = _supported(_without_copies(blocks, source, repairs), fixed, source, notes)
     report = ImportReport.of(
@@ -406,7 +400,7 @@ def _without(bodies: list[Solid], exclude: Iterable[str], source: str, notes: li
             raise UnknownNameError(_no_block(pattern, "exclude", [b.name for b in bodies], source))
         out |= matches
     if out:
-        notes.append(f"excluded as asked: {_few(sorted(out))}")
+        notes.append(f"excluded as asked: {listed(sorted(out))}")
     return [b for b in bodies if b.name not in out]
 
 
@@ -479,8 +473,8 @@ def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> 
     low = np.array([b.shape.vertices[:, 2].min() for b in blocks])
     low -= low.min()
     size = float(np.mean([b.volume for b in blocks]) ** (1 / 3))
-    limit = positive_length(height, f"{source}: height of the lowest blocks") if height else LOWEST * size
-    nearly = low[(low > limit) & (low <= NEARLY_LOWEST * size)]
+    limit = positive_length(height, f"{source}: height of the lowest blocks") if height else NEAR * size
+    nearly = low[(low > limit) & (low <= CLOSE * size)]
     if len(nearly):
         one = len(nearly) == 1
         notes.append(
@@ -493,8 +487,4 @@ def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> 
 
 def _no_block(name: str, verb: str, names: Sequence[str], source: str) -> str:
     more = "; or give lowest, ground, or NAME:x,z for some motions" if verb == "fix" else ""
-    return f"{source}: no block {name!r} to {verb}; there are {_few(names)}{more}"
-
-
-def _few(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:10])}{' …' if len(names) > 10 else ''}"
+    return f"{source}: no block {name!r} to {verb}; there are {listed(names)}{more}"

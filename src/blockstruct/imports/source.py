@@ -18,7 +18,7 @@ from blockstruct.files import read_file
 from blockstruct.geometry.polygon import Planes
 from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT, MOST_BYTES, MOST_FACES
 from blockstruct.model import Block
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import counted, listed
 
 #: Numbers as all formats write them. Python also reads ``1_0``, ``nan`` and the digits of other scripts.
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
@@ -188,17 +188,8 @@ class ImportReport:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(
-        cls,
-        blocks: list[Block],
-        source: str,
-        scale: float,
-        *,
-        repairs: tuple[Repair, ...],
-        left_out: tuple[str, ...],
-        notes: tuple[str, ...],
-    ) -> Self:
-        """Return the report on imported blocks."""
+    def of(cls, blocks: list[Block], source: str, scale: float, **lists: Any) -> Self:
+        """Return the report on imported blocks, with its repairs, ignored content and notes."""
         points = np.concatenate([b.shape.vertices for b in blocks])
         edges = np.concatenate([Planes.of(b.shape.vertices, b.shape.faces).longest for b in blocks])
         volumes = [b.volume for b in blocks]
@@ -212,9 +203,7 @@ class ImportReport:
             edge=float(np.median(edges)),
             sizes=(min(volumes) ** (1 / 3), max(volumes) ** (1 / 3)),
             volume=sum(volumes),
-            repairs=repairs,
-            left_out=left_out,
-            notes=notes,
+            **lists,
         )
 
     @property
@@ -262,9 +251,8 @@ class ImportReport:
         repairs = self._of(kind)
         amounts = [r.amount for r in repairs]
         figure = f"by up to {max(amounts):.3g} m" if kind in _LENGTHS else f"{sum(amounts):.0f}"
-        names = list(Counter(r.block for r in repairs))
-        more = f" and {len(names) - 5} more" if len(names) > 5 else ""
-        return f"{KINDS[kind]}{' ' if kind in _LENGTHS else ': '}{figure} ({', '.join(names[:5])}{more})"
+        names = listed(list(Counter(r.block for r in repairs)))
+        return f"{KINDS[kind]}{' ' if kind in _LENGTHS else ': '}{figure} ({names})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,19 +7,17 @@ from itertools import chain, pairwise
 import numpy as np
 import shapely
 
-from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
+from blockstruct.arrays import CHUNK, NEGLIGIBLE, Array, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.neighbours import connected, expanded
 from blockstruct.geometry.polygon import Corners, Face, Planes, plane_axes
-from blockstruct.geometry.tolerances import CHUNK, PARALLEL
+from blockstruct.geometry.tolerances import PARALLEL
 from blockstruct.geometry.triangles import triangulated
 from blockstruct.imports.tolerances import (
     EXACT,
     LEAST_FACES,
     MOST_FACES_OF_BODY,
-    NO_AREA,
     POLYGON,
-    ROUNDS,
     SHALLOW,
     WELD,
 )
@@ -227,9 +225,8 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
     vertex, count = np.unique(corner, return_counts=True)
     slot = np.arange(len(corner)) - np.repeat(np.cumsum(count) - count, count)
     row = np.repeat(np.arange(len(vertex)), count)
-    for _ in range(ROUNDS):
-        if planes.deviation.max() <= limit:
-            break
+    before, off = np.inf, planes.deviation.max()
+    while limit < off < before:
         height = np.einsum("ij,ij->i", points[corner] - planes.centre[of_face], planes.normal[of_face])
         normals = np.zeros((len(vertex), count.max(), 3))
         offsets = np.zeros((len(vertex), count.max(), 1))
@@ -237,6 +234,7 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
         offsets[row, slot, 0] = -height[order]
         points[vertex] += (np.linalg.pinv(normals, rcond=SHALLOW) @ offsets)[:, :, 0]
         planes = Planes.of(points, polygons)
+        before, off = off, planes.deviation.max()
     return points
 
 
@@ -262,7 +260,7 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
         Merged faces, without vertices inside straight edges, and the number of faces without area.
     """
     planes = Planes.of(vertices, faces)
-    empty = planes.area <= NO_AREA * planes.longest**2
+    empty = planes.area <= NEGLIGIBLE * planes.longest**2
     normals = np.where(empty[:, None], 0.0, planes.normal)
     pairs = _neighbours(faces)
     if empty.any():

@@ -16,12 +16,8 @@ EXACT = 1e-7
 POLYGON = 5e-3
 #: Smallest number of faces of a body. Fewer faces without area are a sliver of a mesh.
 LEAST_FACES = 4
-#: Area, relative to the square of the longest edge, that counts as zero.
-NO_AREA = 1e-5
 #: Sine of the angle between planes below which their common point is undefined.
 SHALLOW = 0.02
-#: Largest number of iterations that move vertices into planes. One is enough if three faces meet at every vertex.
-ROUNDS = 50
 
 # Drawings
 
@@ -30,10 +26,6 @@ DEPTH = 16
 
 # Structures
 
-#: Largest height of the lowest blocks above the lowest point, relative to the mean block size.
-LOWEST = 1e-2
-#: Largest such height of blocks in a note on nearly lowest blocks.
-NEARLY_LOWEST = 0.1
 #: Range of the extent, smallest height, and range of the typical edge of masonry, m: a check of the unit.
 EXTENT, LEAST_HEIGHT, EDGE = (0.3, 300.0), 0.2, (0.02, 5.0)
 #: Distance from the origin, m, from which on double precision rounds coordinates by more than the weld of a long edge.

@@ -33,8 +33,8 @@ from blockstruct.model.model import Model
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_array, si_vector, to_quantity
 from blockstruct.vocabulary import Flow
 
-#: Intervals between samples longer than this, relative to the median, are gaps if at most this share of all is so long.
-GAP, RARE = 1.5, 0.1
+#: Largest share of intervals that miss samples, in a record that is otherwise sampled evenly.
+RARE = 0.1
 
 
 def flow_rule(value: Flow | str, what: str = "") -> Flow:
@@ -454,9 +454,9 @@ class RecordCase(ModelObject):
     def _check_gaps(self, who: str) -> None:
         """Refuse a record that is sampled evenly but for gaps in which the ground accelerates."""
         intervals, moves = np.diff(self.times), np.abs(self.ground).max(axis=1) > 0
-        long = intervals > GAP * np.median(intervals)
-        gaps = np.flatnonzero(long & (moves[1:] | moves[:-1]))
-        if len(gaps) and long.mean() <= RARE:
+        misses = np.rint(intervals / np.median(intervals)) > 1
+        gaps = np.flatnonzero(misses & (moves[1:] | moves[:-1]))
+        if len(gaps) and misses.mean() <= RARE:
             k = int(gaps[0])
             msg = (
                 f"{who}: no samples from {self.time[k]:.6g} to {self.time[k + 1]:.6g} s, and the ground accelerates "

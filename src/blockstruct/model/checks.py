@@ -9,17 +9,15 @@ from typing import Any, TypeGuard, get_args
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.errors import ModelError, shown
 from blockstruct.units import VectorLike, si, si_vector
 from blockstruct.vocabulary import listed
 
-#: Largest number of characters of a name. The name of an interface contains two names of blocks.
-LONGEST_NAME = 1000
-#: Largest number of characters of a source of values, a tag or a parameter.
+#: Largest number of characters of a name or another stored text.
 LONGEST_TEXT = 5000
-#: Smallest and largest length of a builder, m, and its largest number of blocks.
-SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
+#: Largest number of blocks of a structure, of steps of a curve, and of directions.
+MOST = 100_000
 
 #: Unit vector of each axis, by its name.
 AXES_BY_NAME = {
@@ -27,8 +25,6 @@ AXES_BY_NAME = {
     for j, axis in enumerate("xyz")
     for sign in "+-"
 }
-#: Relative rounding of numbers that users type: of the length 1 of a direction, and of a point at its block.
-TYPED = 1e-3
 
 
 def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
@@ -50,7 +46,7 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     if length == 0:
         msg = f"{what} {(x, y, z)} is zero; give a direction such as (1, 0, 0) or '+x'"
         raise ModelError(msg)
-    if abs(length - 1) > TYPED:
+    if abs(length - 1) > SLIGHT:
         msg = (
             f"{what} {(x, y, z)} has the length {length:.6g}, not 1; give a direction of length 1"
             f"{remedy.format(length=length)}"
@@ -67,13 +63,13 @@ def unit_vector_along(x: float, y: float, z: float) -> tuple[float, float, float
 
 def is_name(name: Any) -> TypeGuard[str]:
     """Return whether a value is a name: a text that is not blank, printable on one line, and not too long."""
-    return isinstance(name, str) and bool(name.strip()) and name.isprintable() and len(name) <= LONGEST_NAME
+    return isinstance(name, str) and bool(name.strip()) and name.isprintable() and len(name) <= LONGEST_TEXT
 
 
 def checked_name(name: Any, kind: str) -> str:
     """Return the name; refuse a blank text, one that is not printable on one line, or one too long to be stored."""
     if not is_name(name):
-        msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
+        msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_TEXT} printable characters, not blank"
         raise ModelError(msg)
     return name
 
@@ -130,17 +126,17 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        If the length is outside the range of buildings.
+        If the length is not above zero.
     """
     length = si(value, "length", what)
-    if not SHORTEST <= length <= LONGEST:
-        msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, and check its unit"
+    if not length > 0:
+        msg = f"{what} {length:.6g} m; give a length above zero"
         raise ModelError(msg)
     return length
 
 
 def checked_count(value: Any, least: int, what: str) -> int:
-    """Return a whole number from ``least`` to the largest number of blocks.
+    """Return a whole number from ``least`` to :data:`MOST`.
 
     Raises
     ------
@@ -151,8 +147,8 @@ def checked_count(value: Any, least: int, what: str) -> int:
         count = operator.index(value)
     except TypeError:
         count = least - 1
-    if not least <= count <= MOST_BLOCKS or isinstance(value, bool):
-        msg = f"{what} {shown(value)}; give a whole number of at least {least} and at most {MOST_BLOCKS}"
+    if not least <= count <= MOST or isinstance(value, bool):
+        msg = f"{what} {shown(value)}; give a whole number of at least {least} and at most {MOST}"
         raise ModelError(msg)
     return count
 
@@ -163,10 +159,10 @@ def check_total(blocks: float, what: str) -> None:
     Raises
     ------
     ModelError
-        If there are more than :data:`MOST_BLOCKS`.
+        If there are more than :data:`MOST`.
     """
-    if blocks > MOST_BLOCKS:
-        msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
+    if blocks > MOST:
+        msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST}; give larger or fewer units"
         raise ModelError(msg)
 
 
@@ -179,7 +175,7 @@ def check_at_block(what: str, point: tuple[float, float, float], block: str, ver
         If it is outside by more than rounding.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    slack = TYPED * float((high - low).max())
+    slack = SLIGHT * float((high - low).max())
     if np.any(point < low - slack) or np.any(point > high + slack):
         msg = (
             f"{what} at block {block!r} is {tuple(point)} m, outside the block, which extends from "

@@ -7,13 +7,10 @@ import numpy as np
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.cases import Case, LimitCase
-from blockstruct.model.checks import checked_name
+from blockstruct.model.checks import checked_count, checked_name
 from blockstruct.model.loads import BodyForce, LoadPattern
 from blockstruct.units import si, si_array
 from blockstruct.vocabulary import Flow
-
-#: Largest number of directions: one per degree.
-MOST_DIRECTIONS = 360
 
 
 def direction_cases(
@@ -78,18 +75,13 @@ def direction_of(case: Case) -> tuple[float, float] | None:
 def _angles(directions: Any) -> Any:
     """Return the angles, rad."""
     if isinstance(directions, int | np.integer) and not isinstance(directions, bool):
-        count = int(directions)
-        if not 1 <= count <= MOST_DIRECTIONS:
-            msg = f"directions: {count}; give 1 to {MOST_DIRECTIONS}"
-            raise ModelError(msg)
+        count = checked_count(directions, 1, "directions:")
         return np.radians(np.arange(count) * 360 / count)
     if isinstance(directions, list | tuple):
         angles = np.array([si(angle, "angle", "directions: angle") for angle in directions])
     else:
         angles = si_array(directions, "angle", "directions: angles").ravel()
-    if not 1 <= len(angles) <= MOST_DIRECTIONS:
-        msg = f"directions: {len(angles)} angles; give 1 to {MOST_DIRECTIONS}"
-        raise ModelError(msg)
+    checked_count(len(angles), 1, "directions: number of angles")
     turned = np.degrees(angles).round(9) % 360
     if len(np.unique(turned)) < len(turned):
         msg = f"directions: {shown(turned.tolist())} deg repeats a direction; give each once"

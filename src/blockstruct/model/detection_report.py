@@ -9,20 +9,17 @@ import numpy as np
 import pandas as pd
 from attrs import field, frozen
 
+from blockstruct.arrays import SLIGHT
 from blockstruct.model.block import Block
 from blockstruct.model.fields import ModelObject
 from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
-from blockstruct.vocabulary import JointOrientation, counted
+from blockstruct.vocabulary import JointOrientation, counted, shortened
 
-#: Largest number of findings of one kind in a printed report. The table lists all.
-LISTED = 20
 #: Kind of the contacts that the console does not list: there may be thousands.
 BETWEEN_SUPPORTS = "between supports, left out"
 #: End of the reason of contacts with other blocks between their faces.
 _BETWEEN = " between"
-#: Area of a sliver, relative to the largest contacts of its two blocks.
-SLIVER = 1e-3
 
 
 @frozen(repr=False)
@@ -167,7 +164,7 @@ class DetectionReport(ModelObject):
         for c in accepted:
             for end in (c.minus, c.plus):
                 largest[end] = max(largest.get(end, 0.0), c.area)
-        return tuple(c for c in accepted if c.area < SLIVER * min(largest[c.minus], largest[c.plus]))
+        return tuple(c for c in accepted if c.area < SLIGHT * min(largest[c.minus], largest[c.plus]))
 
     @property
     def sliver_tolerance(self) -> float:
@@ -328,14 +325,13 @@ class DetectionReport(ModelObject):
         ]
         if small:
             lines.append(
-                f"{counted(len(small), 'sliver')} among the interfaces, {1 / SLIVER:.0f} times smaller than joints "
+                f"{counted(len(small), 'sliver')} among the interfaces, {1 / SLIGHT:.0f} times smaller than joints "
                 "beside them, may raise the load factor: "
                 f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
             )
         for kind, texts in self.listing():
             if kind != BETWEEN_SUPPORTS:
-                lines += [f"  {kind}: {text}" for text in texts[:LISTED]]
-                lines += [f"  {kind}: {len(texts) - LISTED} more"] * (len(texts) > LISTED)
+                lines += [f"  {kind}: {text}" for text in shortened(texts, "{} more".format)]
         return "\n".join(lines)
 
 

@@ -9,13 +9,19 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from enum import StrEnum
-from numbers import Integral
 from typing import Any, ClassVar, TypeVar
 
 import attrs
 
 from blockstruct.errors import ModelError, check_known, shown
-from blockstruct.model.checks import checked_direction, checked_name, checked_text, checked_tuple, is_name
+from blockstruct.model.checks import (
+    checked_count,
+    checked_direction,
+    checked_name,
+    checked_text,
+    checked_tuple,
+    is_name,
+)
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_vector, to_quantity
 
 Vector = tuple[float, float, float]
@@ -23,8 +29,6 @@ Vector = tuple[float, float, float]
 Anchor = tuple[str, Vector]
 #: Default of an argument that None leaves out: the field then stores its ``absent`` value.
 LEFT_OUT: Any = None
-#: Largest number of steps of a curve.
-MOST_STEPS = 10_000
 _Name = TypeVar("_Name", bound=StrEnum)
 
 
@@ -187,10 +191,7 @@ def _has_three(value: Any) -> bool:
 
 def steps(value: int, what: str = "") -> int:
     """Return the number of steps of a curve."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 3 <= value <= MOST_STEPS:
-        msg = f"{what} is {shown(value)}; give a whole number from 3 to {MOST_STEPS}"
-        raise ModelError(msg)
-    return int(value)
+    return checked_count(value, 3, what)
 
 
 def items(value: Iterable[Any], kind: Any = object, what: str = "") -> tuple[Any, ...]:

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from attrs import field, frozen
 
-from blockstruct.arrays import NEGLIGIBLE, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Flags, Index
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.faces import areas_on_bodies, common_areas
 from blockstruct.geometry.neighbours import box_pairs
@@ -24,16 +24,17 @@ from blockstruct.vocabulary import counted, listed
 
 T = TypeVar("T")
 
-#: Largest penetration, relative to the mean block size: of any two blocks (rounding), and of two joined blocks.
-OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
+#: Largest penetration of two blocks by rounding, relative to the mean block size.
+OVERLAP = 1e-5
+#: Distances relative to the size of blocks: of parts that are drawn in one place, and of parts that probably should be,
+#: apart by the width of a mortar joint.
+NEAR, CLOSE = 1e-2, 0.1
 #: Largest distance of an interface from its faces, relative to the smaller block: outside, half a wide joint; inside,
 #: the penetration of joined blocks. A deeper interface would have a wrong lever.
-OFF_FACE, BEHIND_FACE = 5e-2, JOINED_OVERLAP
+OFF_FACE, BEHIND_FACE = 5e-2, NEAR
 #: Largest share of an interface outside the faces of its blocks, and largest distance of a corner from them relative to
 #: its area over half its perimeter, which is the width of a long interface: rounded coordinates.
 OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
-#: Largest share of an interface that a second interface of the blocks covers.
-COVERED = 1e-3
 
 
 @frozen
@@ -100,7 +101,7 @@ def check_overlaps(
     pairs = [
         (a.name, b.name, depth)
         for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap, found))
-        if not ((a.fixed and b.fixed) or (depth <= JOINED_OVERLAP * size and frozenset((a.name, b.name)) in joined))
+        if not ((a.fixed and b.fixed) or (depth <= NEAR * size and frozenset((a.name, b.name)) in joined))
     ]
     if pairs:
         named = [f"{a!r} and {b!r} by {depth:.3g} m" for a, b, depth in pairs]
@@ -216,7 +217,7 @@ def _check_covered(who: str, interfaces: Sequence[Interface], ends: Index, measu
     parallel = np.abs(np.einsum("ij,ij->i", normals[i], normals[j])) > PARALLEL
     i, j = i[parallel], j[parallel]
     areas = np.array([interface.area for interface in interfaces])
-    covered = np.flatnonzero(common_areas(polygons, normals, i, j, slack) > COVERED * areas[i])
+    covered = np.flatnonzero(common_areas(polygons, normals, i, j, slack) > SLIGHT * areas[i])
     if len(covered):
         k = covered[0]
         msg = (

@@ -11,11 +11,12 @@ import attrs
 import numpy as np
 from attrs import field, frozen
 
+from blockstruct.arrays import SLIGHT
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.neighbours import unsupported
 from blockstruct.geometry.overlap import bodies_at
 from blockstruct.model.block import Block
-from blockstruct.model.checks import TYPED, check_unrepeated
+from blockstruct.model.checks import check_unrepeated
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments, store
 from blockstruct.model.fit import check_interfaces, check_overlaps
@@ -189,7 +190,7 @@ class Model(ModelObject):
         'top'
         """
         at = np.array(si_vector(point, "length", f"model {self.name!r}: point"))
-        within, on = bodies_at([b.shape for b in self.blocks], at, TYPED * self.characteristic_length)
+        within, on = bodies_at([b.shape for b in self.blocks], at, SLIGHT * self.characteristic_length)
         candidates = [self.blocks[k] for k in within or on]
         candidates = [b for b in candidates if not b.fixed] or candidates
         if len(candidates) == 1:

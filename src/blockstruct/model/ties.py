@@ -32,6 +32,7 @@ from blockstruct.model.fields import (
     snake_case,
     vector,
 )
+from blockstruct.model.fit import NEAR
 from blockstruct.units import quantity_text, to_quantity
 from blockstruct.vocabulary import listed
 
@@ -122,9 +123,6 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
         msg = f"{who}: both ends are at {a} m, so the tie has no direction; give two points"
         raise ModelError(msg)
 
-
-#: Distance of the end of a strip from the faces of its block, relative to the block: rounding and thickness.
-_OFF_FACE = 1e-2
 
 _LENGTH, _FORCE, _AREA, _STRESS = ({"dimension": d} for d in ("length", "force", "area", "stress"))
 
@@ -317,7 +315,7 @@ class Strip(ModelObject):
             shape = blocks[block].shape
             corners = shape.vertices[[face[0] for face in shape.faces]]
             depth = float(np.abs(np.einsum("ij,ij->i", shape.normals, point - corners)).min())
-            if depth > _OFF_FACE * float(np.ptp(shape.vertices, axis=0).max()):
+            if depth > NEAR * float(np.ptp(shape.vertices, axis=0).max()):
                 msg = (
                     f"{label(self)}: its end at block {block!r} is {point} m, {depth:.3g} m inside the block; "
                     "give a point on its surface"

@@ -413,7 +413,7 @@ class _Path:
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time)
                 return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
-            height = min(height, reach) / 4
+            height /= GROWTH**2
         return None
 
     def _attempted(self, step: _Planned) -> tuple[StepSolution | None, float, float]:

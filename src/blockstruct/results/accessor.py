@@ -13,7 +13,7 @@ from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
 from blockstruct.files import csv_text, writing
 from blockstruct.results import interfaces
 from blockstruct.units import Q_
-from blockstruct.vocabulary import ContactState
+from blockstruct.vocabulary import ContactState, listed
 
 
 def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
@@ -281,8 +281,7 @@ class HistoryAccessor:
         names = self._ds["interface"].to_numpy()
         places = np.flatnonzero(names == interface)
         if not len(places):
-            some = ", ".join(map(str, names[:5]))
-            msg = f"history: no interface {shown(interface)}; it has {len(names)}, such as {some}"
+            msg = f"history: no interface {shown(interface)}; it has {listed(names.tolist())}"
             raise UnknownNameError(msg)
         return int(places[0])
 

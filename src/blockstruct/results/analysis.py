@@ -18,9 +18,8 @@ from blockstruct.model import Case, Model, checked_name, checked_text, checked_t
 from blockstruct.notebook import html_table, in_notebook
 from blockstruct.results.case_result import CaseResult, Headline
 from blockstruct.results.spread import Spread, spreads_of
-from blockstruct.text import LISTED
 from blockstruct.units import Q_, in_si, parse
-from blockstruct.vocabulary import Status, counted
+from blockstruct.vocabulary import LISTED, Status, counted
 
 #: A number, a text, a truth value, None or a pint quantity of one number.
 Parameter = Any

@@ -34,7 +34,7 @@ from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, 
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
 from blockstruct.statics import Statics
 from blockstruct.text import LOAD_FACTOR, Answer, Note, NoteCode, Severity
-from blockstruct.vocabulary import ContactState, Flow, Stage, Status
+from blockstruct.vocabulary import ContactState, Flow, Stage, Status, shortened
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +158,7 @@ def describe(
     lines += texts.body_sentences(parts)
     lines += [texts.joints_sentence(_FAILING[state], joints) for state, joints in main_joints(history).items()]
     if "tie" in history.sizes:
-        ties = tie_sentences(history)
-        more = len(ties) - texts.LISTED
-        lines += ties[: texts.LISTED] + [texts.more_ties(more)] * (more > 0)
+        lines += shortened(tie_sentences(history), texts.more_ties)
     on_path = (history["stage"] == Stage.LOADING_PATH.value).any()
     lines.append(texts.STEPS_OF_PATH if on_path else texts.STEPS_OF_PROGRAMS)
     return "\n".join(lines)

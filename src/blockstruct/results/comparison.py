@@ -9,11 +9,11 @@ import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import at_points
-from blockstruct.results.mechanism import ACCURACY, motion_of
+from blockstruct.results.mechanism import motion_of
 from blockstruct.text import EFFECT
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
@@ -199,7 +199,7 @@ def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
         (a.flow_rule_gap, b.flow_rule_gap, limit),
     )
     # Two NaN agree with each other, and a NaN with nothing else.
-    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, ACCURACY * abs(x)) for x, y, scale in pairs)
+    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, SLIGHT * abs(x)) for x, y, scale in pairs)
     return a.holds == b.holds and all(alike)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array, Flags, Index
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
@@ -22,7 +22,7 @@ NO_FORCE = 1e-4
 #: mechanism by about a thousandth.
 AT_REST = 0.01
 #: Utilisation from which a strength counts as fully used.
-FULLY_USED = 0.999
+FULLY_USED = 1 - SLIGHT
 #: Parts of a state, in the order of its text.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
 #: Text of each combination of parts, by the sum of their bits.
@@ -466,10 +466,10 @@ def _of_joints(model: Model, last: xr.Dataset) -> np.ndarray:
     return total
 
 
-#: Multiple of the torsion and shear under uniform pressure, and share of the weight that presses such joints, from
-#: which the forces alone give a note. Measured on 176 cases of walls, frames, arches, domes and a vault: of 27 that
-#: only the forces show, uniform pressure takes 2 % to 43 % of the load factor from 24, and under 1 % from three.
-_BY_FORCE, _PRESSED = 1.2, 0.01
+#: Multiple of the torsion and shear under uniform pressure from which the forces alone give a note. Measured on 176
+#: cases of walls, frames, arches, domes and a vault: of 27 that only the forces show, uniform pressure takes 2 % to
+#: 43 % of the load factor from 24, and under 1 % from three.
+_BY_FORCE = 1.2
 
 
 def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
@@ -581,7 +581,7 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bo
             # Joints without force have proportions of rounding.
             carry = joints[joints["normal"] > NO_FORCE * weight]
             worst = carry[carry["times"] > _BY_FORCE].sort_values("times", ascending=False)
-            if not float(worst["normal"].sum()) > _PRESSED * weight:
+            if not float(worst["normal"].sum()) > EFFECT * weight:
                 continue
         names, times = [str(name) for name in worst.index], float(worst["times"].iloc[0])
         moved = share if share > EFFECT else None
@@ -595,8 +595,6 @@ _LEAST, _MOST = 0.001, 0.5
 _ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _AROUND = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 _DEPTHS = (1 - np.cos(np.linspace(0, np.pi, 101))) / 2
-#: Eccentricity, in multiples of the limit of the effective rectangle, from which it is reported.
-_BEYOND = 1.005
 
 
 def crushing_in_cells(history: xr.Dataset, *, is_reaction: bool = False) -> Note | None:
@@ -687,7 +685,7 @@ def biaxial_crushing(history: xr.Dataset, *, is_reaction: bool = False) -> Note 
         Whether the answer is the least reaction of a support.
     """
     times = beyond_rectangle(history)
-    beyond = times[times > _BEYOND].sort_values(ascending=False)
+    beyond = times[times > 1 + EFFECT].sort_values(ascending=False)
     if beyond.empty:
         return None
     return biaxial_note([str(name) for name in beyond.index], float(beyond.iloc[0]), is_reaction=is_reaction)

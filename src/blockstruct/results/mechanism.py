@@ -8,16 +8,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import SLIGHT, Array, Index
 from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model, tie_segments
 from blockstruct.results.interfaces import AT_REST
 from blockstruct.statics import carried_weights
 from blockstruct.vocabulary import AXES
 
-#: Accuracy of a certified collapse state: of its motion, relative to the largest, and of a measure computed again. A
-#: smaller share of a force, a motion, a length or a ratio counts as zero.
-ACCURACY = 1e-3
 #: Relative velocity at a joint below which its blocks move together, relative to the largest velocity of any joint.
 TOGETHER = 0.02
 #: Unit of each vector of a body.
@@ -40,7 +37,7 @@ def largest_motion(history: xr.Dataset) -> float:
     u = motion_of(history.isel(iteration=-1))
     arms, _ = cKDTree(history["contact_point_position"].to_numpy()).query(history["block_position"].to_numpy())
     translation, turning = np.linalg.norm(u[:, :3], axis=1).max(), (arms * np.linalg.norm(u[:, 3:], axis=1)).max()
-    largest = float(translation if translation > ACCURACY * turning else turning)
+    largest = float(translation if translation > SLIGHT * turning else turning)
     return largest if largest > 0 else 1.0
 
 
@@ -163,7 +160,7 @@ class MacroBlock:
         """
         turning = float(np.linalg.norm(self.rotation))
         moved = float(np.linalg.norm(self.translation))
-        if turning <= ACCURACY * moved:
+        if turning <= SLIGHT * moved:
             return None
         return self.rotation / turning, self.centroid + np.cross(self.rotation, self.translation) / turning**2
 
@@ -214,8 +211,8 @@ def macro_blocks(
     ModelError
         If the tolerance is smaller than the accuracy of a certified mechanism.
     """
-    if not isinstance(tolerance, Real) or not ACCURACY <= tolerance <= 1:
-        msg = f"macro_blocks: tolerance {shown(tolerance)}; give a number from {ACCURACY:g} to 1, such as {TOGETHER:g}"
+    if not isinstance(tolerance, Real) or not SLIGHT <= tolerance <= 1:
+        msg = f"macro_blocks: tolerance {shown(tolerance)}; give a number from {SLIGHT:g} to 1, such as {TOGETHER:g}"
         raise ModelError(msg)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

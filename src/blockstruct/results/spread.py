@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from blockstruct.arrays import NEGLIGIBLE
 from blockstruct.errors import made_again
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult, Headline
@@ -70,15 +71,14 @@ class Spread:
 
     @property
     def relied_on(self) -> CaseResult:
-        """Run to rely on: the settled loading path of lowest load factor, or the given run if both print alike.
+        """Run to rely on: the settled loading path of lowest load factor, or the given run if both are equal.
 
         It has the range of the loading paths.
         """
         paths = [run for run in self._settled if run.outcome.procedure is Procedure.LOADING_PATH]
-        low = min(paths, key=lambda run: run.load_factor, default=self.given)
-        given = self.given
-        lower = given in self._settled and low.load_factor < given.load_factor
-        if not lower or given.answer.text(low.load_factor) == given.headline.number:
+        low, given = min(paths, key=lambda run: run.load_factor, default=self.given), self.given
+        is_lower = given.load_factor - low.load_factor > NEGLIGIBLE * abs(given.load_factor)
+        if not is_lower or given not in self._settled:
             return given
         return low.changed(path_dependence=self.path_dependence)
 

@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.interfaces import NO_FORCE
-from blockstruct.results.mechanism import ACCURACY, largest_motion
-from blockstruct.text import LISTED, breaking_clause, more_breaks, tie_sentence
+from blockstruct.results.interfaces import NO_FORCE, at_points
+from blockstruct.results.mechanism import largest_motion
+from blockstruct.text import breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
-from blockstruct.vocabulary import TieState
+from blockstruct.vocabulary import LISTED, TieState
 
 #: Decimals of the displacements at which ties break, m.
 DECIMALS = 9
@@ -58,8 +58,7 @@ def tie_state(history: xr.Dataset, tolerance: float = NO_FORCE) -> xr.DataArray:
     at_limit = np.broadcast_to(np.array(limits, dtype=object), force.shape)
     state = np.full(force.shape, TieState.STRESSED.value, dtype=object)
     state = np.where(slips, TieState.SLIPPING.value, state)
-    at_contacts = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
-    contact = np.abs(at_contacts).max(axis=(-2, -1))[..., None]
+    contact = np.abs(at_points(history, "contact_force")).max(axis=(-2, -1))[..., None]
     state = np.where(force <= tolerance * np.fmin(capacity, contact), TieState.SLACK.value, state)
     state = np.where(force >= (1 - tolerance) * capacity, at_limit, state)
     state = np.where(np.isfinite(force), state, TieState.UNKNOWN.value)
@@ -94,7 +93,7 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     last = history.isel(iteration=-1)
     elongation = last["tie_elongation_rate"].to_numpy() / largest_motion(history)
     limit = last["tie_elongation_limit"].to_numpy()
-    longer = np.isfinite(limit) & (elongation > ACCURACY)
+    longer = np.isfinite(limit) & (elongation > SLIGHT)
     reached = np.divide(limit, elongation, out=np.full(len(limit), np.nan), where=longer)
     index = pd.Index(last["tie"].to_numpy(), name="tie")
     columns = {
@@ -118,7 +117,7 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
             row[f"force [{_NEWTON}]"],
             row[f"capacity [{_NEWTON}]"],
             row["governing"],
-            lengthens=row["elongation"] if row["elongation"] > ACCURACY else 0.0,
+            lengthens=row["elongation"] if row["elongation"] > SLIGHT else 0.0,
             elongation_limit=row[f"elongation limit [{_METER}]"],
             at=row[f"displacement at limit [{_METER}]"],
         )

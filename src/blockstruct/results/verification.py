@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array, Flags
+from blockstruct.arrays import CHUNK, NEGLIGIBLE, ROUNDING, SLIGHT, Array, Flags
 from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import Certificate, LimitProblem
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, certify
@@ -20,14 +20,10 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
-from blockstruct.results.mechanism import ACCURACY
 from blockstruct.results.ties import DECIMALS, break_displacements
 from blockstruct.statics import Division, Placement, Statics
-from blockstruct.text import LISTED
 from blockstruct.vocabulary import Stage, Status, listed
 
-#: Contact points of iterations compared at once: large histories are read from a file in parts.
-_AT_ONCE = 100_000
 #: Stages under the dead load alone.
 _PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
@@ -117,7 +113,7 @@ def confirm(analysis: Analysis) -> None:
     """
     contradictory = contradictions(analysis)
     if contradictory:
-        some = listed([f"case {name!r}: {what}" for name, what in contradictory], LISTED)
+        some = listed([f"case {name!r}: {what}" for name, what in contradictory])
         msg = f"analysis of {analysis.model.name!r}: {some}; run the model again, these results are not proof"
         raise CertificateError(msg)
 
@@ -236,7 +232,8 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
     ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
     of_contacts = rows(history, "relative_velocity", "contact_point", "component")
-    step = max(1, _AT_ONCE // len(problem.force_unit))
+    # Large histories are read from a file in parts.
+    step = max(1, CHUNK // problem.A.nnz)
     for begin in range(0, n, step):
         part = slice(begin, begin + step)
         motion, stored = motions_in(history.isel(iteration=part)), of_contacts[part].to_numpy()
@@ -271,14 +268,14 @@ def _off(stored: Array, expected: Array, *others: Array) -> Flags:
     one, other = (values.reshape(len(values), -1) for values in (stored, expected))
     # Not isclose: before NumPy 2 it takes no tolerance of several rows where a value is infinite or NaN.
     with np.errstate(invalid="ignore"):
-        near = np.abs(one - other) <= ACCURACY * largest
+        near = np.abs(one - other) <= SLIGHT * largest
     return np.asarray(~(near | (one == other) | (np.isnan(one) & np.isnan(other))).all(axis=1))
 
 
 def _same(one: float, other: float, scale: float) -> bool:
     if np.isnan(one) or np.isnan(other):
         return bool(np.isnan(one) and np.isnan(other))
-    return abs(one - other) <= max(ACCURACY * abs(other), 1e-2 * scale, 1e-9)
+    return abs(one - other) <= max(SLIGHT * abs(other), 1e-2 * scale, 1e-9)
 
 
 #: Difference of the work of the variable load in a second from 1 J that rounding makes.
@@ -346,7 +343,7 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
     size, at = moving.statics.length, Placement.at(state.position, state.rotation)
     # The first steps double, so blocks have not gone further than twice the next step.
     furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time
-    led, most = Placement.of(moving.statics.model), max(ACCURACY * size, 2 * furthest)
+    led, most = Placement.of(moving.statics.model), max(SLIGHT * size, 2 * furthest)
     if before is not None:
         most = NEGLIGIBLE * size
         led = Placement.at(before.position, before.rotation).moved(before.twist * before.motion_time)
@@ -370,7 +367,7 @@ def _differences(state: MotionState, again: MotionState, size: float) -> Iterato
         stored, found = (np.atleast_1d(np.asarray(getattr(of, name), dtype=float)) for of in (state, again))
         least = NEGLIGIBLE * size if _FOLLOWS[name] else NEGLIGIBLE * work
         # NaN differs from every number.
-        off = ~(np.abs(stored - found) <= least + ACCURACY * np.abs(found))
+        off = ~(np.abs(stored - found) <= least + SLIGHT * np.abs(found))
         if off.any():
             k = int(off.argmax())
             yield f"its {name.replace('_', ' ')} is {stored[k]:.6g}, and {found[k]:.6g} by its forces and places"

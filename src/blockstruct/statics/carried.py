@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import shapely
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import SLIGHT, Array, Index
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.plan import PlanFaces, products
 from blockstruct.model import AreaLoad, Block, FillLoad, LineLoad, LoadPattern, Model, Weight
-from blockstruct.model.checks import TYPED
 from blockstruct.units import to_quantity
 from blockstruct.vocabulary import listed
 
@@ -77,7 +76,7 @@ class Placing:
     @cached_property
     def tolerance(self) -> float:
         """Difference up to which two heights count as equal, m."""
-        return TYPED * self.model.characteristic_length
+        return SLIGHT * self.model.characteristic_length
 
     def at(self, load: Any) -> int:
         """Return the index of the block of a load.
@@ -253,7 +252,7 @@ def _plain(block: Any, point: Array, weight: Array) -> _Placed:
 
 def _level_faces(placing: Placing, level: float) -> PlanFaces:
     upper = placing.upper
-    flat = np.linalg.norm(upper.height[:, 1:], axis=1) < TYPED
+    flat = np.linalg.norm(upper.height[:, 1:], axis=1) < SLIGHT
     return upper[flat & (np.abs(_centres(upper)[:, 2] - level) < placing.tolerance)]
 
 

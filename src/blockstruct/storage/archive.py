@@ -26,7 +26,7 @@ from blockstruct.results.analysis import plain_value
 from blockstruct.results.comparison import APART, relative_difference
 from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
-from blockstruct.storage.netcdf import member, plain, read_numbers
+from blockstruct.storage.netcdf import attributes, member, plain, read_numbers
 from blockstruct.storage.run_folder import SUFFIX, is_unfinished
 from blockstruct.units import SI_UNITS
 
@@ -58,8 +58,6 @@ _UNITS = {
 }
 #: Member of a row with the units of its parameters; it is no column of the table.
 _UNITS_OF_ROW = "units"
-#: Characters of a condition, at most: longer texts can exhaust the stack of Python's parser.
-_LONGEST = 10_000
 _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
@@ -261,7 +259,7 @@ def _answered(table: pd.DataFrame) -> pd.DataFrame:
 def rows_of(file: AnalysisFile) -> Iterator[Row]:
     """Return the rows of one file, without its path."""
     with file.opened() as groups:
-        model = member(groups, "/model")
+        model, versions = member(groups, "/model"), json.loads(file.attrs["versions"])
         of_file = {
             "model": plain(model.attrs["name"]),
             "model_hash": str(file.attrs["model_hash"]),
@@ -277,12 +275,9 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
             of_file[_UNITS_OF_ROW] |= {f"parameter_{name}": unit} if unit else {}
         for name, place in file.cases.items():
             case = member(groups, place)
-            settings = json.loads(plain(case.attrs["settings"]))
-            texts = {text: plain(case.attrs[text]) for text in _TEXTS}
-            case_versions = {key: plain(case.attrs[key]) for key in ("versions",) if key in case.attrs}
-            made_by = [
-                str(each.get("blockstruct")) for each in versions_of(case_versions, json.loads(file.attrs["versions"]))
-            ]
+            attrs = attributes(case.id)
+            outcome = CurveOutcome.read(attrs.get("curve_ended", ""))
+            made_by = [str(each.get("blockstruct")) for each in versions_of(attrs, versions)]
             yield {
                 **of_file,
                 "case": name,
@@ -290,17 +285,11 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
                 **_reaction(case, place),
                 **(_curve(groups, f"{place}/capacity") if "capacity" in file.parts[place] else {}),
-                **texts,
-                "curve_ended": _end(plain(case.attrs["curve_ended"])) if "curve_ended" in case.attrs else "",
+                **{text: attrs[text] for text in _TEXTS},
+                "curve_ended": outcome.end.value if outcome else "",
                 "settled": bool(_scalar(case, place, "settled")),
-                **flat("settings", settings),
+                **flat("settings", json.loads(attrs["settings"])),
             }
-
-
-def _end(text: str) -> str:
-    """Return how a curve ended, from its stored outcome."""
-    outcome = CurveOutcome.read(text)
-    return "" if outcome is None else outcome.end.value
 
 
 def flat(name: str, value: Any) -> Row:
@@ -400,8 +389,8 @@ def rows_where(table: pd.DataFrame, where: str) -> pd.DataFrame:
         If the condition is anything else, names no column, or compares one with a value of another kind.
     """
     try:
-        if not isinstance(where, str) or len(where) > _LONGEST:
-            msg = f"it is not a text of at most {_LONGEST} characters"
+        if not isinstance(where, str) or len(where) > MOST_READ:
+            msg = f"it is not a text of at most {MOST_READ} characters"
             raise TypeError(msg)
         with warnings.catch_warnings(action="error"):
             return table[_mask(ast.parse(where.strip(), mode="eval").body, table)]

@@ -40,7 +40,7 @@ Blank = Callable[[Model, CaseResult], xr.Dataset]
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
 #: Groups that only some cases have.
-PARTS = ("capacity", "response")
+PARTS = layout.PARTS[1:]
 #: The kind of file, for messages.
 ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
@@ -323,10 +323,8 @@ class AnalysisFile:
         netCDF-4 demands one numbering of the whole file. Without it netCDF's own library reads arrays short.
         """
         with self.opened() as file:
-            histories = [f"{place}/history/iteration" for place in self.cases.values()]
-            return any(
-                netcdf.begins_anew(netcdf.member(file, "/model"), netcdf.member(file, place)) for place in histories[:1]
-            )
+            model, first = netcdf.member(file, "/model"), [*self.cases.values()][:1]
+            return any(netcdf.begins_anew(model, netcdf.member(file, f"{at}/history/iteration")) for at in first)
 
     def _violations(self, place: str, found: dict[str, Any], part: str) -> list[layout.Finding]:
         return [(_placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]
@@ -383,22 +381,22 @@ def _unsealed(path: Path, snapshot: Snapshot) -> str:
 def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     """Return the root attributes of an analysis of a version that can be read."""
     attrs = {name: netcdf.plain(value) for name, value in file.attrs.items()}
-    version = str(attrs.get("format_version", ""))
-    wrong = ""
+    version, wrong = str(attrs.get("format_version", "")), ""
     if attrs.get("format") != FORMAT:
         wrong = f"attribute format is {attrs.get('format')!r}, not {FORMAT!r}: it is not a blockstruct analysis"
     elif not re.fullmatch(r"[1-9][0-9]{0,3}\.[0-9]{1,4}", version):
         wrong = f"attribute format_version is {version!r}, which is not a version"
     elif major(version) > major(FORMAT_VERSION):
         wrong = f"format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
-    elif other := [name for name in ("versions", "solver_options") if not isinstance(_parsed(attrs.get(name)), dict)]:
-        wrong = f"attribute {other[0]} is not a JSON object"
-    elif other := [name for name in ("cases", "tags") if not _is_texts(_parsed(attrs.get(name)))]:
-        wrong = f"attribute {other[0]} is not a JSON list of texts"
     if wrong:
         msg = f"{path}: /: {wrong}"
         raise FormatError(msg)
     try:
+        for name, kind in (("versions", dict), ("solver_options", dict), ("cases", list), ("tags", list)):
+            value = json.loads(attrs[name])
+            if not isinstance(value, kind) or not all(isinstance(text, str) for text in value):
+                msg = f"{name} is not a JSON {'object' if kind is dict else 'list of texts'}"
+                raise TypeError(msg)
         parameters_of(attrs)
         checked_tags(json.loads(attrs["tags"]), "attribute tags")
         checked_text(attrs.get("study", ""), "attribute study")
@@ -406,17 +404,6 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: attributes of the analysis cannot be read ({error})"
         raise FormatError(msg) from error
     return attrs
-
-
-def _parsed(text: Any) -> Any:
-    try:
-        return json.loads(text)
-    except (TypeError, ValueError, RecursionError):
-        return None
-
-
-def _is_texts(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(text, str) for text in value)
 
 
 def _placed(group: str, where: str) -> str:
@@ -525,8 +512,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     for name, place in file.cases.items():
         with _damage_at(file, place):
             results[name] = _result(file, groups, place, patterns, model, blank)
-            violations += layout.reaction_findings(place, groups[place], results[name])
-            violations += layout.certificate_findings(place, results[name])
+            violations += layout.result_findings(place, groups[place], results[name])
     if violations:
         raise violated(file.path, violations)
     return Analysis(
@@ -567,7 +553,7 @@ def _result(
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
     history, violations = file.group(place, "history")
     if history is not None:
-        violations = list(layout.history_findings(place, history, names))
+        violations = list(layout.part_findings(place, history, names))
         if not violations:
             return history
     raise violated(file.path, violations)
@@ -591,19 +577,8 @@ class ModelImage(NamedTuple):
         model = layout.model_dataset(analysis.model, patterns(analysis.cases))
         if found := _violations("/model", model, "model"):
             raise violated(path, found)
-        global _last_model
-        image = (
-            None if _last_model is None else netcdf.with_numbers(_last_model.image, "/model", _last_model.model, model)
-        )
-        if image is None:
-            text = json.dumps(schema(SCHEMA), separators=(",", ":"))
-            image = netcdf.netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model})
-        _last_model = cls(image, model)
-        return _last_model
-
-
-#: Part of the last file. The next run of a study often has the same model but for the strength of its joints.
-_last_model: ModelImage | None = None
+        text = json.dumps(schema(SCHEMA), separators=(",", ":"))
+        return cls(netcdf.netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model}), model)
 
 
 def sealed_image(

@@ -44,7 +44,7 @@ from blockstruct.model.fields import dimensions
 from blockstruct.motion import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.case_result import CaseResult, LazyHistory
-from blockstruct.schema import dressed
+from blockstruct.schema import dressed, stated
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import (
     AXES,
@@ -74,7 +74,11 @@ _ALWAYS = ("direction", "point", "force", "traction", "moment", "share")
 _MODEL_FLAGS = ("fixed", "floating", "untouched", "near_miss_of_contact")
 #: Field of the tolerances of a detection, and its variable.
 _TOLERANCES = {"gap": "gap_tolerance", "angle": "angle_tolerance", "area": "area_tolerance", "close": "close_distance"}
-_MEASURES = ("gap", "angle", "area")
+#: Columns of the contacts and of the faces of a detection, and its properties of blocks.
+_CONTACT = ("minus", "plus", "interface", "reason", "orientation", "near_miss", "gap", "angle", "area")
+_FACE, _FLAGGED = ("block", "face", "deviation"), ("floating", "untouched")
+#: Types of values by their kind in the schema.
+_DTYPES: Mapping[str, type] = {"f": float, "i": np.int64, "text": object}
 #: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite.
@@ -288,37 +292,37 @@ def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:
     return np.split(values, np.searchsorted(owner, np.arange(1, n)))
 
 
+def _table(dim: str, names: Sequence[str], rows: Sequence[tuple[Any, ...]]) -> dict[str, Any]:
+    """Return the columns of a table, with names such as ``gap_of_contact``."""
+    columns = zip(*rows, strict=True) if rows else ((),) * len(names)
+    kinds = stated("model")
+    named = ((f"{name}_of_{dim}", column) for name, column in zip(names, columns, strict=True))
+    return {name: np.array(column, dtype=_DTYPES[kinds[name].kind]) for name, column in named}
+
+
+def _rows(stored: Mapping[str, Any], dim: str, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+    """Return the rows of a table as plain values."""
+    return zip(*(stored[f"{name}_of_{dim}"].tolist() for name in names), strict=True)
+
+
 def _detection_values(
     report: DetectionReport, block: Mapping[str, int], interface: Mapping[str, int]
 ) -> dict[str, Any]:
     """Return the values of a detection report, for blocks and interfaces by their index."""
-    contacts, faces = report.contacts, report.nonplanar_faces
+    contacts = [
+        (
+            *(block[c.minus], block[c.plus], interface[c.interface] if c.interface else -1),
+            *(c.reason, c.orientation.value, c.near_miss, c.gap, c.angle, c.area),
+        )
+        for c in report.contacts
+    ]
     values: dict[str, Any] = {name: getattr(report.tolerances, field) for field, name in _TOLERANCES.items()}
-    values |= {
-        "minus_of_contact": _integers(block[c.minus] for c in contacts),
-        "plus_of_contact": _integers(block[c.plus] for c in contacts),
-        "interface_of_contact": _integers(interface[c.interface] if c.interface else -1 for c in contacts),
-        "reason_of_contact": _texts(c.reason for c in contacts),
-        "orientation_of_contact": _texts(c.orientation.value for c in contacts),
-        "near_miss_of_contact": _integers(c.near_miss for c in contacts),
-    }
-    values |= {f"{name}_of_contact": _floats(getattr(c, name) for c in contacts) for name in _MEASURES}
+    values |= _table("contact", _CONTACT, contacts)
     for field, dim, measure in _PAIRS:
-        pairs = getattr(report, field)
-        values[f"first_of_{dim}"] = _integers(block[first] for first, _, _ in pairs)
-        values[f"second_of_{dim}"] = _integers(block[second] for _, second, _ in pairs)
-        values[f"{measure}_of_{dim}"] = _floats(value for _, _, value in pairs)
-    values |= {
-        "block_of_nonplanar_face": _integers(block[name] for name, _, _ in faces),
-        "face_of_nonplanar_face": _integers(face for _, face, _ in faces),
-        "deviation_of_nonplanar_face": _floats(off for _, _, off in faces),
-    }
-    names = ("floating", "untouched")
-    return values | {name: np.isin([*block], getattr(report, name)).astype(np.int8) for name in names}
-
-
-def _floats(values: Any) -> np.ndarray:
-    return np.array(list(values), dtype=float)
+        pairs = [(block[first], block[second], value) for first, second, value in getattr(report, field)]
+        values |= _table(dim, ("first", "second", measure), pairs)
+    values |= _table("nonplanar_face", _FACE, [(block[name], face, off) for name, face, off in report.nonplanar_faces])
+    return values | {name: np.isin([*block], getattr(report, name)).astype(np.int8) for name in _FLAGGED}
 
 
 def _detection(stored: Mapping[str, Any], names: Mapping[str, Sequence[str]]) -> DetectionReport | None:
@@ -328,48 +332,33 @@ def _detection(stored: Mapping[str, Any], names: Mapping[str, Sequence[str]]) ->
     block = names["block"]
     # Index −1, the last entry, stands for a contact without interface.
     interface = [*names["interface"], ""]
-
-    def values(*columns: str) -> Any:
-        return zip(*(stored[name].tolist() for name in columns), strict=True)
-
-    pairs = {
-        field: tuple(
-            (block[i], block[j], value)
-            for i, j, value in values(f"first_of_{dim}", f"second_of_{dim}", f"{measure}_of_{dim}")
-        )
+    parts: dict[str, Any] = {
+        field: tuple((block[i], block[j], v) for i, j, v in _rows(stored, dim, ("first", "second", measure)))
         for field, dim, measure in _PAIRS
     }
-    columns = ("minus", "plus", "interface", "reason", *_MEASURES, "orientation", "near_miss")
-    faces = values(*(f"{name}_of_nonplanar_face" for name in ("block", "face", "deviation")))
+    parts |= {name: tuple(np.array(block, dtype=object)[stored[name] != 0]) for name in _FLAGGED}
     return DetectionReport(
         DetectionTolerances(**{field: float(stored[name]) for field, name in _TOLERANCES.items()}),
         tuple(
             FoundContact(block[i], block[j], interface[k], reason, gap, angle, area, JointOrientation(lie), bool(near))
-            for i, j, k, reason, gap, angle, area, lie, near in values(*(f"{name}_of_contact" for name in columns))
+            for i, j, k, reason, lie, near, gap, angle, area in _rows(stored, "contact", _CONTACT)
         ),
-        nonplanar_faces=tuple((block[i], face, off) for i, face, off in faces),
-        floating=tuple(name for name, flag in zip(block, stored["floating"], strict=True) if flag),
-        untouched=tuple(name for name, flag in zip(block, stored["untouched"], strict=True) if flag),
-        **pairs,
+        nonplanar_faces=tuple((block[i], face, off) for i, face, off in _rows(stored, "nonplanar_face", _FACE)),
+        **parts,
     )
 
 
 def _tie_values(model: Model, index: Mapping[str, int]) -> dict[str, Any]:
     """Return the values of the ties of a model; none without ties."""
-    ties = model.ties
-    if not ties:
-        return {}
-    ends: list[Any] = [
-        (t.start, t.end) if TIE_KINDS[tie_kind_of(t)].anchored else (("", t.start), ("", t.end)) for t in ties
-    ]
-    given = [given_quantities(tie) for tie in ties]
-    return {
-        "tie": _texts(tie.name for tie in ties),
-        "kind_of_tie": _texts(tie_kind_of(tie) for tie in ties),
-        "block_of_tie": np.array([[index.get(block, -1) for block, _ in both] for both in ends], dtype=np.int64),
-        "end_of_tie": np.array([[point for _, point in both] for both in ends], dtype=float),
-        **{f"{name}_of_tie": _floats(own.get(name, np.nan) for own in given) for name in TIE_QUANTITIES},
-    }
+    rows: list[tuple[Any, ...]] = []
+    for tie in model.ties:
+        kind, given = tie_kind_of(tie), given_quantities(tie)
+        ends: Any = (tie.start, tie.end) if TIE_KINDS[kind].anchored else (("", tie.start), ("", tie.end))
+        blocks, points = zip(*ends, strict=True)
+        quantities = [given.get(name, np.nan) for name in TIE_QUANTITIES]
+        rows.append((kind, [index.get(block, -1) for block in blocks], points, *quantities))
+    columns = _table("tie", ("kind", "block", "end", *TIE_QUANTITIES), rows)
+    return {"tie": _texts(tie.name for tie in model.ties)} | columns if rows else {}
 
 
 def _tie(one: xr.Dataset) -> AnyTie:
@@ -601,21 +590,17 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any, parts: Contain
             yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
 
 
-def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
-    """Find a reaction of a settlement that contradicts its load factor."""
+def result_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
+    """Find a reaction that contradicts its load factor, and a certificate that holds against its own measures."""
+    certificate, answer = result.certificate, result.answer
     if "reaction" in case:
-        stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
+        stated, found = float(case["reaction"]), answer.factor * result.load_factor
         if not np.isclose(stated, found, rtol=ROUNDING, atol=0.0, equal_nan=True):
-            unit = result.answer.unit
-            yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
-
-
-def certificate_findings(path: str, result: CaseResult) -> Iterator[Finding]:
-    """Find a certificate that holds against its own measures."""
-    certificate = result.certificate
+            texts = f"{stated:.6g} {answer.unit}, that of its load factor {found:.6g} {answer.unit}"
+            yield f"{path}/reaction", f"the reaction is {texts}"
     if certificate is not None and certificate.holds and not certificate.is_within_tolerances:
-        texts = [f"{name} {value} (tolerance {limit})" for name, (value, limit) in certificate.texts.items()]
-        yield f"{path}/holds", f"the certificate holds, against its measures: {', '.join(texts)}"
+        texts = ", ".join(f"{name} {value} (tolerance {limit})" for name, (value, limit) in certificate.texts.items())
+        yield f"{path}/holds", f"the certificate holds, against its measures: {texts}"
 
 
 def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
@@ -627,59 +612,40 @@ def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator
             yield path, f"associative_load_factor is {stated:.6g}, that of the history {last:.6g}"
 
 
-def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
-    """Find where a history contradicts itself or the model."""
-    wrong, stored = list(index_findings(path, history)), _values(history)
-    yield from wrong
-    yield from _count_findings(path, history, "iteration")
-    for name, words in _WORDS.items():
-        unknown = set(stored[name]) - set(words)
-        if unknown:
-            yield f"{path}/{name}", f"{min(unknown)!r} is none of {', '.join(words)}"
-    if not wrong and np.any(stored["contact_point"] != stored["interface"][stored["interface_of_contact_point"]]):
-        yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
-    for dim in ("block", "interface"):
-        if history.sizes[dim] != model.sizes[dim]:
-            yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
-        elif np.any(stored[dim] != model.variables[dim].to_numpy()):
-            yield path, f"the {dim} names of the history are not those of /model"
-
-
-def _count_findings(path: str, ds: xr.Dataset, dim: str) -> Iterator[Finding]:
-    if not np.array_equal(ds.variables[dim].to_numpy(), np.arange(ds.sizes[dim])):
-        yield f"{path}/{dim}", "the numbers are not 0, 1, …"
-
-
-def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
-    """Find where a capacity curve contradicts itself or the model."""
-    yield from _count_findings(path, capacity, "step")
-    for names, most, words in ((_FLAGS, 1, "other than 0 and 1"), (_COUNTS, np.inf, "a negative number")):
-        for name in (name for name in names if name in capacity.variables):
-            values = capacity[name].to_numpy()
-            if np.any((values < 0) | (values > most)):
-                yield f"{path}/{name}", f"there is {words}"
-    if capacity.sizes["block"] != model.sizes["block"] or np.any(
-        capacity["block"].to_numpy() != model["block"].to_numpy()
-    ):
-        yield path, "the block names of the capacity curve are not those of /model"
-    elif "tie" in capacity.variables and not np.array_equal(capacity["tie"].to_numpy(), model["tie"].to_numpy()):
-        yield path, "the names of ties of the capacity curve are not those of /model"
-    else:
-        yield from index_findings(path, capacity)
-
-
-def response_findings(path: str, response: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
-    """Find where a response contradicts itself or the model."""
-    if np.any(np.diff(response["time"].to_numpy()) <= 0):
+def value_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
+    """Find numbers, times, words and flags of a part of a case that are not in order, or none that there are."""
+    stored = _values(ds)
+    for name in stored.keys() & {"iteration", "step"}:
+        if not np.array_equal(stored[name], np.arange(ds.sizes[name])):
+            yield f"{path}/{name}", "the numbers are not 0, 1, …"
+    if "time" in stored and np.any(np.diff(stored["time"]) <= 0):
         yield f"{path}/time", "the times are not in ascending order"
-    if not np.array_equal(response["block"].to_numpy(), model["block"].to_numpy()):
-        yield path, "the block names of the response are not those of /model"
-    else:
-        yield from index_findings(path, response)
+    for name in stored.keys() & set(_WORDS):
+        if unknown := set(stored[name]) - set(_WORDS[name]):
+            yield f"{path}/{name}", f"{min(unknown)!r} is none of {', '.join(_WORDS[name])}"
+    for names, most, words in ((_FLAGS, 1, "other than 0 and 1"), (_COUNTS, np.inf, "a negative number")):
+        for name in stored.keys() & set(names):
+            if np.any((stored[name] < 0) | (stored[name] > most)):
+                yield f"{path}/{name}", f"there is {words}"
 
 
-#: Groups of a case besides its own, and what finds where they contradict themselves or the model.
-_FINDINGS = {"history": history_findings, "capacity": capacity_findings, "response": response_findings}
+def part_findings(path: str, ds: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """Find where the history, the capacity curve or the response of a case contradicts itself or the model."""
+    wrong, stored = list(index_findings(path, ds)), _values(ds)
+    yield from wrong
+    yield from value_findings(path, ds)
+    if "contact_point" in stored and not wrong:
+        of_point = stored["interface"][stored["interface_of_contact_point"]]
+        if np.any(stored["contact_point"] != of_point):
+            yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
+    # The ties of a history are stretches of the ties of the model.
+    for dim in stored.keys() & ({"block", "interface"} if "tie_of_model" in stored else {"block", "interface", "tie"}):
+        if dim not in model.variables or not np.array_equal(stored[dim], model.variables[dim].to_numpy()):
+            yield path, f"the names along {dim} are not those of /model"
+
+
+#: Groups of a case besides its own.
+PARTS = ("history", "capacity", "response")
 
 
 def findings(groups: Groups, load_factors: Callable[[str], Any] = lambda _: None) -> Iterator[Finding]:
@@ -697,16 +663,16 @@ def findings(groups: Groups, load_factors: Callable[[str], Any] = lambda _: None
     if model is not None:
         yield from index_findings("/model", model)
     for place, ds in groups.items():
-        parent, _, part = place.rpartition("/")
+        parent = place.rpartition("/")[0]
         if parent == "/cases":
             history = groups.get(f"{place}/history")
             alpha = load_factors(place) if history is None else history["load_factor"].to_numpy()
             if alpha is not None:
-                yield from case_findings(place, ds, alpha, [part for part in _FINDINGS if f"{place}/{part}" in groups])
+                yield from case_findings(place, ds, alpha, [part for part in PARTS if f"{place}/{part}" in groups])
             if history is not None:
                 yield from bound_findings(place, ds, history)
         elif parent and model is not None:
-            yield from _FINDINGS[part](place, ds, model)
+            yield from part_findings(place, ds, model)
 
 
 def _from_1(groups: Groups) -> Groups:

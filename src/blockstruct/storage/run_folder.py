@@ -15,6 +15,7 @@ import platform
 import re
 import stat
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -70,12 +71,9 @@ else:
 SUFFIX = ".h5"
 #: Seconds between two waits for the disk: the most work that a power cut can take.
 FLUSHED = 1.0
-#: Attempts to make a lock that another writer removes at the same moment.
-_ATTEMPTS = 1000
 #: Errors of a lock that somebody else holds; any other error means a file system without locks.
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 _LINE = re.compile(rb"(blockstruct record ([a-z]{1,20}) ([0-9]{1,15}) )([0-9a-f]{64})\n")
-_LONGEST_LINE = 128
 
 
 def place_of(path: str | Path) -> Path:
@@ -112,19 +110,17 @@ def claim(path: str | Path) -> Path:
     """
     place = place_of(path)
     try:
-        _check_holder(place)
-        if place.suffix != SUFFIX:
-            msg = f"{path}: the name of an analysis ends in {SUFFIX}, as an Archive wants; write {path}{SUFFIX}"
-            raise StorageError(msg)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        _try_folder(place)
-    except StorageError:
-        raise
-    except OSError as error:
-        if error.errno == errno.ENAMETOOLONG:
-            msg = f"{place}: the name is too long, with {len(folder_of(place).name)} characters; choose a shorter one"
-        else:
-            msg = f"{place}: cannot be written ({error.strerror or error}); choose a folder you can write to"
+        with writing(place, "choose a folder you can write to"):
+            _check_holder(place)
+            if place.suffix != SUFFIX:
+                msg = f"{path}: the name of an analysis ends in {SUFFIX}, as an Archive wants; write {path}{SUFFIX}"
+                raise StorageError(msg)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            _try_folder(place)
+    except StorageError as error:
+        if getattr(error.__cause__, "errno", None) != errno.ENAMETOOLONG:
+            raise
+        msg = f"{place}: the name is too long, with {len(folder_of(place).name)} characters; choose a shorter one"
         raise StorageError(msg) from error
     return place
 
@@ -147,19 +143,17 @@ def _check_holder(place: Path) -> None:
 def _try_folder(place: Path) -> None:
     """Make and remove the folder of the working data, whose name is the longest of all that are needed."""
     folder = folder_of(place)
-    removing = False
     try:
         folder.mkdir()
-        removing = True
-        folder.rmdir()
-    except OSError as error:
+    except FileExistsError as error:
         if _is_file(folder):
             raise _in_the_way(place) from error
-        # Another writer may have removed the folder in the meantime. A folder that is not found while it is made is
-        # in a place that takes none.
-        was_there = isinstance(error, FileNotFoundError if removing else FileExistsError) and not folder.exists()
-        if not was_there and error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
+        # Another writer may remove the folder meanwhile.
+        if not os.access(folder, os.W_OK | os.X_OK) and folder.exists():
             raise
+    else:
+        with contextlib.suppress(OSError):  # Another writer may have taken the folder.
+            folder.rmdir()
 
 
 def _is_file(folder: Path) -> bool:
@@ -178,8 +172,9 @@ def _in_the_way(path: Path) -> StorageError:
     )
 
 
-class WriterLock:
-    """The right to write a file, from construction to :meth:`release` or the end of the process, however it ends.
+@contextlib.contextmanager
+def writer_lock(path: Path) -> Iterator[None]:
+    """Hold the right to write a file, in a context, or to the end of the process, however it ends.
 
     Parameters
     ----------
@@ -193,68 +188,57 @@ class WriterLock:
     StorageError
         If the file system has no locks.
     """
-
-    def __init__(self, path: Path) -> None:
-        self.folder = folder_of(path)
-        lock = self.folder / "lock"
-        while True:
-            self._stream = _opened(lock, path)
-            try:
-                _take(self._stream)
-            except OSError as error:
-                self._stream.seek(0)
-                holder = self._stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
-                self._stream.close()
-                if error.errno in _HELD:
-                    msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
-                    raise BusyError(msg) from error
-                msg = (
-                    f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
-                    "file; choose a folder on a local disk, and copy the file when it is finished"
-                )
-                raise StorageError(msg) from error
-            with contextlib.suppress(FileNotFoundError):
-                # The last holder may have removed the file between the two lines above.
-                if os.path.samestat(os.fstat(self._stream.fileno()), lock.stat()):
-                    break
-            self._stream.close()
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        with contextlib.suppress(OSError):  # A lock on a full disk does not name its holder.
-            self._stream.truncate(0)
-            self._stream.write(f"process {os.getpid()} on {platform.node()} since {now}\n".encode())
-
-    def release(self) -> None:
-        """Let others write; remove the folder if it holds nothing but the lock."""
+    lock = folder_of(path) / "lock"
+    while True:
+        stream = _opened(lock, path)
+        try:
+            _take(stream)
+        except OSError as error:
+            stream.seek(0)
+            holder = stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
+            stream.close()
+            if error.errno in _HELD:
+                msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
+                raise BusyError(msg) from error
+            msg = (
+                f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
+                "file; choose a folder on a local disk, and copy the file when it is finished"
+            )
+            raise StorageError(msg) from error
+        with contextlib.suppress(FileNotFoundError):
+            # The last holder may have removed the file between the two lines above.
+            if os.path.samestat(os.fstat(stream.fileno()), lock.stat()):
+                break
+        stream.close()
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    with contextlib.suppress(OSError):  # A lock on a full disk does not name its holder.
+        stream.truncate(0)
+        stream.write(f"process {os.getpid()} on {platform.node()} since {now}\n".encode())
+    try:
+        yield
+    finally:
         with contextlib.suppress(OSError):  # Another writer may be quicker than these lines.
-            if [file.name for file in self.folder.iterdir()] == ["lock"]:
+            if [file.name for file in lock.parent.iterdir()] == ["lock"]:
                 if sys.platform == "win32":
-                    self._stream.close()  # Windows removes no open file, nor one that another writer has opened since.
-                (self.folder / "lock").unlink()
-                self.folder.rmdir()
-        self._stream.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
+                    stream.close()  # Windows removes no open file, nor one that another writer has opened since.
+                lock.unlink()
+                lock.parent.rmdir()
+        stream.close()
 
 
 def _opened(lock: Path, path: Path) -> IO[bytes]:
-    for _ in range(_ATTEMPTS):
-        try:
-            lock.parent.mkdir(parents=True, exist_ok=True)
-            return lock.open("a+b", buffering=0)
-        except (FileNotFoundError, FileExistsError) as error:
+    """Return the file of a lock, made with its folder if it is missing; other writers remove both when they end."""
+    with writing(path, "choose a folder you can write to"):
+        while True:
+            with contextlib.suppress(FileExistsError):
+                lock.parent.mkdir(parents=True, exist_ok=True)
             if _is_file(lock.parent):
-                raise _in_the_way(path) from error
-            # Another writer has just removed the folder; but a link may lead nowhere, however often it is followed.
-            continue
-        except OSError as error:
-            msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
-            raise StorageError(msg) from error
-    msg = f"{lock}: cannot be made (a link that leads nowhere); remove it, or choose another name"
-    raise StorageError(msg)
+                raise _in_the_way(path)
+            if lock.is_symlink() and not lock.exists():
+                msg = f"{lock}: cannot be made (a link that leads nowhere); remove it, or choose another name"
+                raise StorageError(msg)
+            with contextlib.suppress(FileNotFoundError):
+                return lock.open("a+b", buffering=0)
 
 
 def is_unfinished(path: str | Path) -> bool:
@@ -298,7 +282,7 @@ def tidy(path: str | Path) -> None:
     place = place_of(path)
     with contextlib.suppress(StorageError, OSError):
         if folder_of(place).is_dir() and not is_unfinished(place):
-            with WriterLock(place):
+            with writer_lock(place):
                 clear(folder_of(place))
 
 
@@ -353,7 +337,7 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     """
     place = claim(path)
     confirm(analysis)
-    with WriterLock(place):
+    with writer_lock(place):
         _refuse_killed(place)
         clear(folder_of(place))
         _write(sealed_image(analysis, place), place, Target.at(place))
@@ -371,7 +355,7 @@ def save_image(image: bytes, path: str | Path) -> Path:
         If the path cannot be written, or another process is writing it.
     """
     place = claim(path)
-    with WriterLock(place):
+    with writer_lock(place):
         clear(folder_of(place))
         _write([image], place, Target.at(place))
     return place
@@ -399,10 +383,6 @@ class Target(NamedTuple):
         except (*DAMAGE, OSError):
             return cls()
 
-    def with_made(self, made: Stamp) -> Self:
-        """Return the target of a run that has made its file."""
-        return self._replace(replaces=(*self.replaces, made), made=made)
-
     def write(self, folder: Path) -> None:
         """Keep the target in the folder of its run."""
         _put(folder / "target", json.dumps({"replaces": self.replaces, "is_made": self.made is not None}).encode())
@@ -415,21 +395,28 @@ class Target(NamedTuple):
 
 
 @contextlib.contextmanager
+def _keeping(path: Path, remedy: str) -> Iterator[None]:
+    """Turn an error of the system while working data are written into a StorageError with a remedy."""
+    try:
+        yield
+    except OSError as error:
+        moved = isinstance(error, FileNotFoundError | NotADirectoryError)
+        first = "its folder was moved or removed; move it back" if moved else "free some space"
+        msg = f"{path}: cannot be written ({error.strerror or error}); {first}, {remedy}"
+        raise StorageError(msg) from error
+
+
+@contextlib.contextmanager
 def _draft(parts: Iterable[bytes | memoryview], draft: Path, path: Path) -> Iterator[None]:
     """Write bytes to a draft of a file, wait until they are on the disk, and remove it unless it gets another name."""
     try:
-        try:
+        with _keeping(draft, "or choose another folder"):
             # Whatever stands there, a pipe too, is the rest of a killed run.
             draft.unlink(missing_ok=True)
             with draft.open("xb") as stream:
                 stream.writelines(parts)
                 stream.flush()
                 os.fsync(stream.fileno())
-        except OSError as error:
-            moved = isinstance(error, FileNotFoundError | NotADirectoryError)
-            remedy = "its folder was moved or removed, move it back" if moved else "free some space"
-            msg = f"{draft}: cannot be written ({error.strerror or error}); {remedy} or choose another folder"
-            raise StorageError(msg) from error
         with writing(path, "choose another folder"):
             yield
             sync(path.parent)
@@ -454,7 +441,8 @@ def _write(parts: Iterable[bytes | memoryview], place: Path, target: Target, *, 
     draft = folder / "draft"
     with _draft(parts, draft, place):
         if note:
-            target.with_made(Stamp.of(draft.stat())).write(folder)
+            made = Stamp.of(draft.stat())
+            Target((*target.replaces, made), made).write(folder)
         while (present := Stamp.at(place)) is None:
             try:
                 # Unlike a rename, this fails if a file appears between the line above and this one.
@@ -477,6 +465,10 @@ def sync(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+#: Errors of a record that is not as it was written.
+_UNREADABLE = (*DAMAGE, AttributeError, MemoryError)
 
 
 class Record(NamedTuple):
@@ -513,7 +505,7 @@ class Journal:
         return self._end > 0
 
     def read(self, accept: Callable[[Record], None]) -> str:
-        """Hand every record, in order, to a function, whose ValueError refuses it; later ones are appended after it.
+        """Hand every record, in order, to a function, whose error refuses it; later ones are appended after it.
 
         Returns
         -------
@@ -525,7 +517,7 @@ class Journal:
             with open_file(self.path, "a journal of a run") as stream:
                 size = os.fstat(stream.fileno()).st_size
                 while self._end < size:
-                    line = _LINE.fullmatch(stream.readline(_LONGEST_LINE))
+                    line = _LINE.fullmatch(stream.readline(MOST_READ))
                     length = int(line[3]) if line else 0
                     if line is None or length > size - stream.tell():
                         return "is incomplete or damaged"
@@ -535,7 +527,7 @@ class Journal:
                         return "does not match its checksum"
                     try:
                         accept(Record(line[2].decode(), content))
-                    except ValueError as error:
+                    except _UNREADABLE as error:
                         return f"cannot be read ({error})"
                     self._digest, self._end = digest, stream.tell()
         return ""
@@ -569,22 +561,17 @@ def _packed(arrays: Mapping[str, np.ndarray], more: Mapping[str, Any] = MappingP
 
 
 def _unpacked(content: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays of a record, texts as objects, and its line of JSON; raise ValueError for other bytes."""
+    """Return the arrays of a record, texts as objects, and its line of JSON; raise one of ``_UNREADABLE`` without."""
     line, _, values = content.partition(b"\n")
-    arrays, start = dict[str, np.ndarray](), 0
-    try:
-        head = dict(json.loads(line))
-        for name, code, shape in head["arrays"]:
-            dtype = np.dtype(str(code))
-            if dtype.kind not in "biufU":
-                msg = f"{name!r} is of type {dtype}"
-                raise ValueError(msg)
-            array = np.ndarray(tuple(shape), dtype, values, start).copy()
-            arrays[str(name)] = array.astype(object) if dtype.kind == "U" and array.size else array
-            start += array.nbytes
-    except (*DAMAGE, MemoryError) as error:
-        msg = f"it is not a record of arrays: {error}"
-        raise ValueError(msg) from error
+    head, arrays, start = dict(json.loads(line)), dict[str, np.ndarray](), 0
+    for name, code, shape in head["arrays"]:
+        dtype = np.dtype(str(code))
+        if dtype.kind not in "biufU":
+            msg = f"{name!r} is of type {dtype}"
+            raise ValueError(msg)
+        array = np.ndarray(tuple(shape), dtype, values, start).copy()
+        arrays[str(name)] = array.astype(object) if dtype.kind == "U" and array.size else array
+        start += array.nbytes
     return arrays, head
 
 
@@ -599,15 +586,10 @@ def _packed_history(variables: Mapping[str, Variable], coords: Mapping[str, Vari
 
 
 def _unpacked_dataset(content: bytes) -> xr.Dataset:
-    """Return the Dataset of a record; raise ValueError for other bytes."""
     arrays, head = _unpacked(content)
-    try:
-        variables = {name: (tuple(dims), arrays[name], attrs) for name, (dims, attrs) in head["variables"].items()}
-        coords = {name: variables.pop(name) for name in head["coords"]}
-        return xr.Dataset(variables, coords, head["attrs"])
-    except (*DAMAGE, AttributeError) as error:
-        msg = f"it is not a record of a history: {error}"
-        raise ValueError(msg) from error
+    variables = {name: (tuple(dims), arrays[name], attrs) for name, (dims, attrs) in head["variables"].items()}
+    coords = {name: variables.pop(name) for name in head["coords"]}
+    return xr.Dataset(variables, coords, head["attrs"])
 
 
 class Checkpoint:
@@ -617,27 +599,22 @@ class Checkpoint:
     ended; and the versions of the packages where they differ from those before. Its records are sealed with the plan:
     a killed process leaves at most one that is half written, and none that was changed is read.
 
-    Use :meth:`begin` or :meth:`reopen`, as a context.
+    :meth:`begin` and :meth:`reopen` are contexts, in which nobody else may write the file.
     """
 
     def __init__(
-        self,
-        place: Path,
-        lock: WriterLock,
-        planned: Analysis,
-        seal: str,
-        target: Target,
-        part: ModelImage | None = None,
+        self, place: Path, planned: Analysis, seal: str, target: Target, part: ModelImage | None = None
     ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._target, self._part = lock, target, part
+        self._target, self._part = target, part
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
-        self._committed = dict.fromkeys(planned, 0)
-        self._steps = dict.fromkeys(planned, 0)
+        #: Number of iterations and steps in the journal, by case and kind.
+        self._committed = Counter[tuple[str, str]]()
         self._versions = {name: (r.versions or (planned.versions,))[-1] for name, r in planned.items()}
 
     @classmethod
-    def begin(cls, path: str | Path, planned: Analysis) -> Self:
+    @contextlib.contextmanager
+    def begin(cls, path: str | Path, planned: Analysis) -> Iterator[Self]:
         """Make the working data of a new run.
 
         Raises
@@ -646,27 +623,26 @@ class Checkpoint:
             If another run writes to the path, or it holds the iterations of a killed one.
         """
         place = place_of(path)
-        lock = WriterLock(place)
-        try:
+        folder = folder_of(place)
+        with writer_lock(place):
             _refuse_killed(place)
-            folder = folder_of(place)
             clear(folder)
-            target = Target.at(place)
-            if target.replaces:
-                target.write(folder)
-            part = ModelImage.of(planned, folder / "plan")
-            image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
-            _put(folder / "plan", image, seal)
-        except BaseException:
-            with contextlib.suppress(StorageError):
-                if not is_unfinished(place):
-                    clear(folder_of(place))
-            lock.release()
-            raise
-        return cls(place, lock, planned, seal.decode(), target, part)
+            try:
+                target = Target.at(place)
+                if target.replaces:
+                    target.write(folder)
+                part = ModelImage.of(planned, folder / "plan")
+                image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
+                _put(folder / "plan", image, seal)
+            except BaseException:
+                with contextlib.suppress(StorageError):
+                    clear(folder)
+                raise
+            yield cls(place, planned, seal.decode(), target, part)
 
     @classmethod
-    def reopen(cls, path: str | Path, blank: Blank) -> Self:
+    @contextlib.contextmanager
+    def reopen(cls, path: str | Path, blank: Blank) -> Iterator[Self]:
         """Open the working data of a run that was killed.
 
         Parameters
@@ -695,16 +671,12 @@ class Checkpoint:
             instead = named_instead(Path(path))
             msg = f"{path}: {f'is {instead}' if instead else f'no working data, {folder}: {reason}'}"
             raise StorageError(msg)
-        lock = WriterLock(place)
-        try:
+        with writer_lock(place):
             target = Target.read(folder)
             # Before anything is solved: a copied run finds a copy of the file that it was to replace.
             target.check(place, Stamp.at(place))
             plan = AnalysisFile(folder / "plan")
-            return cls(place, lock, read_analysis(plan, blank), plan.seal, target)
-        except BaseException:
-            lock.release()
-            raise
+            yield cls(place, read_analysis(plan, blank), plan.seal, target)
 
     def start(
         self,
@@ -720,18 +692,15 @@ class Checkpoint:
             self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode())
             self._versions[case] = versions
 
-    def commit(self, case: str, index: int, iteration: Mapping[str, np.ndarray]) -> None:
-        """Commit an iteration of a case: its arrays, and whether its certificate holds, ``holds``."""
-        # A replayed iteration is committed already.
-        if index >= self._committed[case]:
-            self._append(case, "iteration", _packed(iteration))
-            self._committed[case] += 1
+    def commit(self, case: str, kind: str, index: int, arrays: Mapping[str, np.ndarray]) -> None:
+        """Commit the arrays of an ``iteration`` of a case, or of a ``step``, a state of its motion.
 
-    def commit_step(self, case: str, index: int, step: Mapping[str, np.ndarray]) -> None:
-        """Commit the arrays of a state of the pushover of a case."""
-        if index >= self._steps[case]:
-            self._append(case, "step", _packed(step))
-            self._steps[case] += 1
+        An iteration has ``holds``, too: whether its certificate holds.
+        """
+        # A replayed iteration is committed already.
+        if index >= self._committed[case, kind]:
+            self._append(case, kind, _packed(arrays))
+            self._committed[case, kind] += 1
 
     def end(self, result: CaseResult) -> None:
         """Commit how a case has ended."""
@@ -754,24 +723,11 @@ class Checkpoint:
         _write(sealed_image(analysis, self.place, self._part), self.place, self._target, note=True)
         clear(self.folder)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._lock.release()
-
     def _append(self, case: str, kind: str, content: bytes) -> None:
         journal = self._journals[case]
-        try:
+        remedy = f"then go on by AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
+        with _keeping(journal.path, remedy):
             journal.append(kind, content)
-        except OSError as error:
-            go_on = f"AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
-            if isinstance(error, FileNotFoundError | NotADirectoryError):
-                remedy = f"its folder was moved or removed; move it back, then go on by {go_on}, or by it where it is"
-            else:
-                remedy = f"free some space, then go on by {go_on}"
-            msg = f"{journal.path}: cannot be written ({error.strerror or error}); {remedy}"
-            raise StorageError(msg) from error
 
     def _result(self, planned: CaseResult) -> CaseResult:
         if planned.status is not Status.INTERRUPTED:
@@ -783,31 +739,34 @@ class Checkpoint:
         known = {-1: planned.versions[-1]} if planned.n_iterations else {0: self.planned.versions}
         made_by = (*planned.versions[:-1], *(known | records.versions).values())
         self._versions[planned.name] = made_by[-1]
-        pieces = records.iterations
-        self._committed[planned.name], self._steps[planned.name] = len(pieces), len(records.steps)
-        parts = ((planned.capacity, "step"), (planned.response, "time"))
-        n_steps = sum(0 if part is None else part.sizes[dim] for part, dim in parts)
-        if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < n_steps:
+        pieces, states = records.iterations, records.steps
+        self._committed |= {(planned.name, "iteration"): len(pieces), (planned.name, "step"): len(states)}
+        motion = planned.response if planned.capacity is None else planned.capacity
+        kept = 0 if motion is None else len(motion["displacement"])
+        if records.blank is None or len(pieces) < planned.n_iterations or len(states) < kept:
             return planned.changed(damage=damage)
         responds = isinstance(planned.case, RecordCase)
-        if not pieces and not (responds and (records.steps or records.ending)):
+        if not pieces and not (responds and (states or records.ending)):
             return replace(planned, history=records.blank, damage=damage)
-        history = _joined(records.blank, pieces) if pieces else records.blank
-        last = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"} if pieces else {}
+        history, certificate = records.blank, dict[str, Any]()
+        if pieces:
+            history = _joined(records.blank, pieces)
+            certificate = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
+            certificate["holds"] = bool(pieces[-1]["holds"][0])
         killed: dict[str, Any] = {
             "outcome": asdict(Outcome(Status.INTERRUPTED, np.nan, Reason.KILLED)),
             "damage": damage,
-            "certificate": {**last, "holds": bool(pieces[-1]["holds"][0])} if pieces else {},
+            "certificate": certificate,
             "started_at": planned.started_at,
             "duration": float(history["solver_time"].sum()),
         }
-        steps = {n: np.concatenate([s[n] for s in records.steps]) for n in records.steps[0]} if records.steps else {}
-        settings, ending = asdict(planned.settings), dict(records.ending or killed)
+        steps = {name: np.concatenate([s[name] for s in states]) for name in states[0]} if states else {}
+        ending = dict(records.ending or killed)
         try:
             return CaseResult.restored(
                 model=planned.model,
                 case=planned.case,
-                settings=settings,
+                settings=asdict(planned.settings),
                 history=history,
                 capacity=capacity_of(planned.model, planned.case, steps) if steps and not responds else None,
                 curve_outcome=CurveOutcome.read(ending.pop("curve_ended", "")),
@@ -835,7 +794,7 @@ class _Records:
         self.count = 0
 
     def take(self, record: Record) -> None:
-        """Take the next record; raise ValueError to refuse it."""
+        """Take the next record; raise one of ``_UNREADABLE`` to refuse it."""
         is_open = self.blank is not None and self.ending is None
         match record.kind:
             case "case" if self.blank is None:
@@ -856,21 +815,14 @@ class _Records:
 
 def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
     """Return the arrays of an iteration, of the kinds and shapes of the history of its case."""
-    arrays = {}
     expected = {str(name): v for name, v in blank.variables.items() if "iteration" in v.dims}
-    for name in (*expected, "holds"):
-        dims = expected[name].dims if name in expected else ("iteration",)
-        shape = tuple(1 if d == "iteration" else blank.sizes[d] for d in dims)
-        if name not in iteration:
-            msg = f"{name} is missing"
-            raise ValueError(msg)
-        values = iteration[name]
-        is_text = name in expected and expected[name].dtype.kind in "OU"
-        if values.shape != shape or (values.dtype.kind in "OU") != is_text:
+    expected["holds"] = expected["iteration"]
+    for name, v in expected.items():
+        values, shape = iteration[name], tuple(1 if dim == "iteration" else n for dim, n in v.sizes.items())
+        if values.shape != shape or (values.dtype.kind in "OU") != (v.dtype.kind in "OU"):
             msg = f"{name} is {values.dtype} {values.shape}, not of shape {shape}"
             raise ValueError(msg)
-        arrays[name] = np.array([index]) if name == "iteration" else values
-    return arrays
+    return {name: iteration[name] for name in expected} | {"iteration": np.array([index])}
 
 
 def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.arrays import ROUNDING, Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.polyhedron import BOX_FACES
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import SHORTEST, check_total, checked_count
+from blockstruct.model.checks import check_total, checked_count
 from blockstruct.structures.builder import block, builder, lengths, prism, prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
@@ -60,8 +60,8 @@ class ArchProfile:
         s, t = lengths(who, span=span, thickness=thickness)
         n = checked_count(voussoirs, 2, f"{who}: voussoirs")
         f = s / 2 if rise is None else si(rise, "length", f"{who}: rise")
-        if f < 0 or 0 < f < SHORTEST:
-            msg = f"{who}: rise {f:.6g} m; give zero (flat) or a length of at least {SHORTEST:g} m"
+        if f < 0 or 0 < f < NEGLIGIBLE * s:
+            msg = f"{who}: rise {f:.6g} m; give zero (flat) or a larger length"
             raise ModelError(msg)
         if f == 0:
             angle = si(skewback, "angle", f"{who}: skewback")

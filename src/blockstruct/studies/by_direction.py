@@ -23,8 +23,6 @@ from blockstruct.text import study
 from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
-#: Largest angle between neighbours, degrees, that is not named in a report.
-_COMPASS = 90.0
 #: Pattern of the case names that direction_cases makes.
 _TITLE = re.compile(r"(?P<name>.*) \S+ deg(, \S+ (up|down))?", re.DOTALL)
 
@@ -109,8 +107,7 @@ class Directions:
     @property
     def load_factor(self) -> float:
         """The least load factor of all directions; NaN without any."""
-        load_factors = self.data["load_factor"].to_numpy()
-        return float(load_factors[self._least]) if not np.isnan(load_factors).all() else math.nan
+        return math.nan if self._least is None else float(self.data["load_factor"][self._least])
 
     @property
     def governing(self) -> CaseResult:
@@ -123,12 +120,12 @@ class Directions:
         ModelError
             If no direction has a load factor.
         """
-        if math.isnan(self.load_factor):
-            ended = self.endings
-            msg = f"directions of {self.analysis.model.name!r}: none has a load factor ({ended}), so none governs"
+        if self._least is None:
+            msg = (
+                f"directions of {self.analysis.model.name!r}: none has a load factor ({self.endings}), so none governs"
+            )
             raise ModelError(msg)
-        name = str(self.data["case"].to_numpy()[self._least])
-        return self.analysis[name]
+        return self.analysis[self._cases[self._least]]
 
     @property
     def governing_direction(self) -> float:
@@ -136,20 +133,24 @@ class Directions:
 
         In degrees from +x towards +y.
         """
-        if math.isnan(self.load_factor):
-            return math.nan
-        return float(self.data["direction"][self._least])
+        return math.nan if self._least is None else float(self.data["direction"][self._least])
 
     @property
-    def _least(self) -> int:
+    def _cases(self) -> list[str]:
+        return [str(name) for name in self.data["case"].to_numpy()]
+
+    @property
+    def _least(self) -> int | None:
         load_factors = self.data["load_factor"].to_numpy()
+        if np.isnan(load_factors).all():
+            return None
         # Load factors are never negative. Several may differ by rounding only: take the first.
         return int(np.flatnonzero(load_factors <= np.nanmin(load_factors) * (1 + NEGLIGIBLE))[0])
 
     @property
     def without_load_factor(self) -> list[str]:
         """Cases without a load factor; the envelope is unknown there."""
-        return [str(name) for name in self.data["case"].to_numpy()[np.isnan(self.data["load_factor"].to_numpy())]]
+        return [name for name, alpha in zip(self._cases, self.data["load_factor"], strict=True) if np.isnan(alpha)]
 
     @property
     def endings(self) -> str:
@@ -163,8 +164,8 @@ class Directions:
         They do with associative flow and without a vertical part. Straight lines between the points of the envelope
         then belong to the set. Otherwise nothing is known between the directions that were run.
         """
-        cases = [self.analysis[str(name)].case for name in self.data["case"].to_numpy()]
-        return all(case.flow is Flow.ASSOCIATIVE for case in cases) and not self.data.attrs["vertical"]
+        flows = {self.analysis[name].case.flow for name in self._cases}
+        return flows == {Flow.ASSOCIATIVE} and not self.data.attrs["vertical"]
 
     @property
     def half_turns(self) -> Flags:
@@ -190,16 +191,17 @@ class Directions:
     def uncovered(self) -> str:
         """Clause on the directions between those that were run; empty if they are covered.
 
-        It names the widest gap above a quarter turn.
+        It names the widest gap unless all are equal.
         """
         if self.is_covered:
             return ""
-        widest = int(np.argmax(self._gaps))
-        gap = float(self._gaps[widest])
-        if gap <= _COMPASS * (1 + 1e-9):
+        gaps, angles = self._gaps, self.data["direction"].to_numpy()
+        widest = int(np.argmax(gaps))
+        if np.allclose(gaps, gaps[widest]):
             return study.uncovered_directions()
-        start, end = (float(self.data["direction"][k]) for k in (widest, (widest + 1) % self.data.sizes["direction"]))
-        return study.uncovered_directions(gap, start, end)
+        return study.uncovered_directions(
+            float(gaps[widest]), float(angles[widest]), float(np.roll(angles, -1)[widest])
+        )
 
     @property
     def least_between(self) -> float:

@@ -1,9 +1,8 @@
 """Designs of studies: the parameters of every run, and study documents."""
 
+import contextlib
 import copy
-import hashlib
 import itertools
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,49 +21,14 @@ from blockstruct.errors import (
     did_you_mean,
     shown,
 )
+from blockstruct.files import MOST_READ
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, Model
-from blockstruct.results import stored_value
 from blockstruct.results.analysis import checked_parameters, checked_value, plain_value
+from blockstruct.studies.plan import Run
 from blockstruct.units import Q_, SI_UNITS, parse
 
 GRID, PAIRED, LATIN, MONTE_CARLO = "grid", "paired", "latin hypercube", "monte carlo"
-#: Largest number of runs of a study; more are taken as a mistake.
-MOST_RUNS = 100_000
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One run: the values of all parameters, and the name of its file.
-
-    Attributes
-    ----------
-    values : dict
-        Numbers, texts and quantities by parameter.
-    name : str
-        Name of the file without suffix. It depends on the values alone.
-    """
-
-    values: dict[str, Any]
-    name: str
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> "Run":
-        """Return the run of values.
-
-        The name uses coherent SI units: 4 MPa and 4000 kPa give the same name.
-        """
-        plain = {name: plain_value(value) for name, value in values.items()}
-        digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
-        return cls(dict(values), f"run-{digest[:12]}")
-
-    @property
-    def stored(self) -> dict[str, Any]:
-        """Return the values as JSON stores them and as a worker receives them.
-
-        Quantities belong to one process and cannot be sent.
-        """
-        return {name: stored_value(value) for name, value in self.values.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +144,8 @@ def _points(axes: Mapping[str, Axis], how: str) -> Iterator[Sequence[Any]]:
         msg = f"study: lists side by side have different lengths: {counts}; give as many values of each, or a grid"
         raise ModelError(msg)
     count = int(np.prod(list(sizes.values()), dtype=float)) if how == GRID else max(sizes.values(), default=1)
-    if count > MOST_RUNS:
-        msg = f"study: a grid of {count:,} runs, more than {MOST_RUNS:,}; give shorter lists, or distributions"
+    if count > MOST_READ:
+        msg = f"study: a grid of {count:,} runs, more than {MOST_READ:,}; give shorter lists, or distributions"
         raise ModelError(msg)
     values = [axis.values for axis in axes.values()]
     return itertools.product(*values) if how == GRID else zip(*values, strict=True)
@@ -249,8 +213,8 @@ def _samples(drawn: Mapping[str, Any], how: str, count: int, seed: Any) -> dict[
 
 
 def _count(runs: Any) -> int:
-    if isinstance(runs, bool) or not isinstance(runs, int | np.integer) or not 1 <= runs <= MOST_RUNS:
-        msg = f"study: runs={shown(runs)}; give the number of samples of the distributions, 1 to {MOST_RUNS:,}"
+    if isinstance(runs, bool) or not isinstance(runs, int | np.integer) or not 1 <= runs <= MOST_READ:
+        msg = f"study: runs={shown(runs)}; give the number of samples of the distributions, 1 to {MOST_READ:,}"
         raise ModelError(msg)
     return int(runs)
 
@@ -341,21 +305,27 @@ def read_study(path: str | Path) -> StudyDocument:
     model = path.parent / content["model"]
     of_model = read_content(model, "model-1")
     build = DocumentBuild(of_model, model.stem)
-    for dotted in content["parameters"]:
-        try:
-            _place(of_model, dotted)
-        except BlockstructError as error:
-            msg = f"{path}: /parameters/{dotted}: {error}"
-            raise DocumentError(msg) from error
-    values = content["parameters"]
-    parameters = {name: _parameter(value, f"{path}: /parameters/{name}") for name, value in values.items()}
+    parameters = {}
+    for name, value in content["parameters"].items():
+        with _at(where := f"{path}: /parameters/{name}"):
+            _place(of_model, name)
+            parameters[name] = _parameter(value, where)
     options: dict[str, Any] = {key: content[key] for key in ("sampling", "runs", "seed", "spread") if key in content}
-    try:
+    with _at(str(path)):
         design_of(parameters, options.get("sampling"), options.get("runs"), options.get("seed", 0))
-    except BlockstructError as error:
-        msg = f"{path}: {error}"
-        raise DocumentError(msg) from error
     return StudyDocument(build, parameters, options, ProcedureSettings.of(of_model.get("settings", {})))
+
+
+@contextlib.contextmanager
+def _at(where: str) -> Iterator[None]:
+    """Name a place in a document in errors."""
+    try:
+        yield
+    except BlockstructError as error:
+        if str(error).startswith(where):
+            raise
+        msg = f"{where}: {error}"
+        raise DocumentError(msg) from error
 
 
 def _place(content: Any, path: str) -> tuple[Any, Any]:
@@ -391,15 +361,9 @@ def _keys(content: Any) -> dict[str, Any]:
 
 def _parameter(given: Any, where: str) -> Any:
     """Return a parameter as ``study`` takes it, with quantities parsed."""
-    try:
-        if isinstance(given, Mapping):
-            return _distribution(given, where)
-        return [_value(v, where) for v in given] if isinstance(given, list) else _value(given, where)
-    except BlockstructError as error:
-        if str(error).startswith(where):
-            raise
-        msg = f"{where}: {error}"
-        raise DocumentError(msg) from error
+    if isinstance(given, Mapping):
+        return _distribution(given, where)
+    return [_value(v, where) for v in given] if isinstance(given, list) else _value(given, where)
 
 
 def _value(given: Any, where: str) -> Any:

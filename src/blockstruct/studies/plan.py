@@ -1,7 +1,9 @@
 """One run of a study, on any machine, and the settings that all runs share."""
 
 import contextlib
+import hashlib
 import inspect
+import json
 import pickle
 import sys
 import tempfile
@@ -24,7 +26,7 @@ from blockstruct.errors import (
 )
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import Model
-from blockstruct.results.analysis import restored_value
+from blockstruct.results.analysis import plain_value, restored_value, stored_value
 from blockstruct.storage import is_unfinished
 from blockstruct.units import own_registry
 from blockstruct.vocabulary import Status
@@ -146,22 +148,37 @@ def name_of(build: Build) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
-    """A run to carry out.
+class Run:
+    """One run of a study, which can be sent to other processes.
 
     Attributes
     ----------
     name : str
-        Name of its file, without suffix.
-    values : dict
-        Values as JSON stores them.
+        Name of its file without suffix. It depends on the values alone.
+    stored : dict
+        Values by parameter as JSON stores them. Quantities belong to one process and cannot be sent.
     anew : bool
         Whether to put existing data aside instead of continuing them.
     """
 
     name: str
-    values: dict[str, Any]
+    stored: dict[str, Any]
     anew: bool = False
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Return the run of values.
+
+        The name uses coherent SI units: 4 MPa and 4000 kPa give the same name.
+        """
+        plain = {name: plain_value(value) for name, value in values.items()}
+        digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+        return cls(f"run-{digest[:12]}", {name: stored_value(value) for name, value in values.items()})
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Values as ``build`` receives them."""
+        return {name: restored_value(value, name) for name, value in self.stored.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,17 +207,17 @@ class Problem:
         return self.text
 
 
-def carry_out(plan: Plan, job: Job, folder: str | Path) -> Problem:
+def carry_out(plan: Plan, run: Run, folder: str | Path) -> Problem:
     """Carry out a run and write its file; return why it has no results."""
-    path = Path(folder) / f"{job.name}.h5"
+    path = Path(folder) / f"{run.name}.h5"
     try:
         killed = is_unfinished(path)
-        if not job.anew and (killed or path.is_file()):
+        if not run.anew and (killed or path.is_file()):
             analysis = AnalysisManager.resume(path, progress=False)
         else:
             if killed:
                 recover(path)
-            values = values_of(job.values)
+            values = run.values
             model, cases = plan.model_and_cases(values)
             manager = AnalysisManager(
                 model, path, settings=plan.settings, parameters=values, study=plan.study, progress=False, effects=False
@@ -213,12 +230,7 @@ def carry_out(plan: Plan, job: Job, folder: str | Path) -> Problem:
     return Problem()
 
 
-def values_of(stored: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a run as ``build`` receives them."""
-    return {name: restored_value(value, name) for name, value in stored.items()}
-
-
-def carry_out_sent(sent: bytes, job: Job, folder: str) -> Problem:
+def carry_out_sent(sent: bytes, run: Run, folder: str) -> Problem:
     """Call :func:`carry_out` in another process."""
     try:
         plan = loaded(sent)
@@ -226,17 +238,17 @@ def carry_out_sent(sent: bytes, job: Job, folder: str) -> Problem:
         return Problem.of(error)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", LoadFactorWarning)  # The table lists all runs.
-        return carry_out(plan, job, folder)
+        return carry_out(plan, run, folder)
 
 
-def carry_out_far(sent: bytes, job: Job) -> tuple[Problem, bytes]:
+def carry_out_far(sent: bytes, run: Run) -> tuple[Problem, bytes]:
     """Call :func:`carry_out` on another machine.
 
     Return why the run failed, and the bytes of its file.
     """
     with tempfile.TemporaryDirectory(prefix="blockstruct-") as folder:
-        problem = carry_out_sent(sent, job, folder)
-        path = Path(folder, f"{job.name}.h5")
+        problem = carry_out_sent(sent, run, folder)
+        path = Path(folder, f"{run.name}.h5")
         return problem, path.read_bytes() if path.is_file() else b""
 
 

@@ -1,13 +1,12 @@
 """Run a structure with varied parameters: runs found in the store, runs that are left, and the progress."""
 
 import contextlib
-import math
 import os
 import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -23,8 +22,8 @@ from blockstruct.model.checks import checked_count
 from blockstruct.notebook import is_terminal
 from blockstruct.results.analysis import Analysis, plain_value
 from blockstruct.storage import Archive, planned_analysis
-from blockstruct.studies.design import Design, Run, design_of
-from blockstruct.studies.plan import Job, Plan, Problem, values_of
+from blockstruct.studies.design import Design, design_of
+from blockstruct.studies.plan import Plan, Problem, Run
 from blockstruct.studies.summary import check_parameter_names, dataset_of
 from blockstruct.studies.workers import Ended, connected, here, in_processes, on_cluster
 from blockstruct.vocabulary import Flow, Status, counted
@@ -134,27 +133,21 @@ def _difference(run: Run, kept: Analysis, plan: Plan) -> str:
     for name, value in run.values.items():
         due, unit = plain_value(value)
         found = plain_value(kept.parameters[name])[0] if name in kept.parameters else None
-        if not _same(due, found):
+        # Values with one name are equal to the last digit.
+        if due != found:
             of_unit = "" if unit in ("", "dimensionless") else f" {unit}"
             return (
                 f"was made with {name} {shown(found)}{of_unit}, but its name stands for {shown(due)}{of_unit}: it was "
                 "renamed or copied. Give it its own name back"
             )
     try:
-        model, cases = plan.model_and_cases(values_of(run.stored))
+        model, cases = plan.model_and_cases(run.values)
     except Exception as error:
         return f"cannot be compared: build fails now ({error})"
     due = [(each.case, each.settings) for each in runs_of(cases, plan.settings, plan.schedules)]
     if model.hash != kept.model.hash or due != [(result.case, result.settings) for result in kept.values()]:
         return "is of another model, other cases or other settings than this study has"
     return ""
-
-
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, float) and isinstance(other, int | float):
-        # The same quantity in two units may differ by rounding.
-        return math.isclose(one, other, rel_tol=1e-9)
-    return bool(one == other)
 
 
 def study(  # noqa: PLR0913
@@ -253,15 +246,15 @@ def study(  # noqa: PLR0913
         if others and not rerun:
             raise StorageError(refusal(archive, others))
         # Samples of few values may repeat a run.
-        runs_left = {run.name: run for run in design.runs if run.name not in rows}
-        jobs = [Job(name, run.stored, name in others) for name, run in runs_left.items()]
-        total = len(rows) + len(jobs)
+        named = {run.name: replace(run, anew=run.name in others) for run in design.runs if run.name not in rows}
+        left = [*named.values()]
+        total = len(rows) + len(left)
         if client is not None:
-            ended = on_cluster(plan, jobs, folder, client)
+            ended = on_cluster(plan, left, folder, client)
         elif count == 1:
-            ended = here(plan, jobs, folder)
+            ended = here(plan, left, folder)
         else:
-            ended = in_processes(plan, jobs, folder, count)
+            ended = in_processes(plan, left, folder, count)
         problems = _conduct(archive, ended, rows, total, heard)
         of_runs = [rows.get(run.name, []) for run in design.runs]
         _warn(of_runs, problems)
@@ -285,14 +278,14 @@ def _conduct(
     tell()
     with contextlib.closing(ended), warnings.catch_warnings():
         warnings.simplefilter("ignore", LoadFactorWarning)  # One warning stands for all runs.
-        for job, problem in ended:
+        for run, problem in ended:
             if not problem:
-                of_run = archive.rows(archive.folder / f"{job.name}.h5")
+                of_run = archive.rows(archive.folder / f"{run.name}.h5")
                 problem = Problem(of_run[0]["problem"])
             if problem:
-                problems[job.name] = problem
+                problems[run.name] = problem
             else:
-                rows[job.name] = of_run
+                rows[run.name] = of_run
             tell()
     return problems
 

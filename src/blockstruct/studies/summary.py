@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.analysis import AnalysisManager
+from blockstruct.analysis.manager import run_again
 from blockstruct.arrays import NEGLIGIBLE, Array
-from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, check_known, shown
+from blockstruct.errors import ModelError, StudyWarning, check_known, shown
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import sliding_rates
@@ -262,7 +262,7 @@ def cases_with_load_factors(data: xr.Dataset) -> list[str]:
 
 
 def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Array) -> xr.Dataset:
-    from scipy.stats import binom, binomtest
+    from scipy.stats import binom
 
     status, alpha = data["status"].to_numpy(), data["load_factor"].to_numpy()
     unstable, unbounded = status == Status.UNSTABLE, status == Status.UNBOUNDED
@@ -283,8 +283,7 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     estimate = certain[at] if len(certain) else np.full(len(fractiles), np.nan)
 
     counts = np.array([np.sum(certain < level) for level in levels], dtype=float)
-    fewest = [binomtest(int(k), n).proportion_ci(confidence, method="exact").low for k in counts]
-    most = [binomtest(int(k + (~known).sum()), n).proportion_ci(confidence, method="exact").high for k in counts]
+    fewest, most = (_exact_interval(k, n, confidence)[end] for end, k in enumerate((counts, counts + (~known).sum())))
     finite = alpha[converged]
     spread = float(finite.std(ddof=1)) if len(finite) > 1 else np.nan
     along = ("fractile",)
@@ -293,8 +292,8 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
         "lower": (along, ranked_low[below], _NONE | {"long_name": "lower end of the confidence interval"}),
         "upper": (along, ranked_high[above], _NONE | {"long_name": "upper end of the confidence interval"}),
         "probability": (("level",), counts / max(known.sum(), 1), _NONE),
-        "probability_lower": (("level",), np.array(fewest, dtype=float), _NONE),
-        "probability_upper": (("level",), np.array(most, dtype=float), _NONE),
+        "probability_lower": (("level",), fewest, _NONE),
+        "probability_upper": (("level",), most, _NONE),
         "mean_load_factor": ((), float(finite.mean()) if len(finite) else np.nan, _NONE),
         "standard_deviation": ((), spread, _NONE),
         "runs": ((), n),
@@ -304,6 +303,17 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
         "drifting": ((), int(drifting.sum())),
     }
     return xr.Dataset(numbers, coords={"fractile": ("fractile", fractiles, _NONE), "level": ("level", levels, _NONE)})
+
+
+def _exact_interval(k: Array, n: Any, confidence: float) -> tuple[Array, Array]:
+    """Return the exact interval of Clopper and Pearson of the share k / n."""
+    from scipy.stats import beta
+
+    tail = (1 - confidence) / 2
+    with np.errstate(invalid="ignore"):
+        low = np.where(k > 0, beta.ppf(tail, k, n - k + 1), 0.0)
+        high = np.where(k < n, beta.ppf(1 - tail, k + 1, n - k), 1.0)
+    return low, high
 
 
 def _probabilities(values: Sequence[float], what: str) -> Array:
@@ -352,8 +362,6 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
     >>> found.share.values.tolist(), found.low.round(3).values.tolist(), found.high.round(3).values.tolist()
     ([0.0, 0.5], [0.0, 0.013], [0.842, 0.987])
     """
-    from scipy.stats import beta
-
     if over not in data["status"].dims:
         msg = f"fragility: the study has no parameter {shown(over)}; it has {', '.join(map(str, data['status'].dims))}"
         raise ModelError(msg)
@@ -368,10 +376,7 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
         msg = "fragility: no case of the study is a record with an answer; give a study of RecordCase"
         raise ModelError(msg)
     n, k = counts.sum(axis=1), falls.sum(axis=1)
-    tail = (1 - confidence) / 2
-    with np.errstate(invalid="ignore"):
-        low = np.where(k > 0, beta.ppf(tail, k, n - k + 1), 0.0)
-        high = np.where(k < n, beta.ppf(1 - tail, k + 1, n - k), 1.0)
+    low, high = _exact_interval(k, n, confidence)
     variables = {
         "records": (over, n, _NONE | {"long_name": "records with an answer"}),
         "collapses": (over, k, _NONE | {"long_name": "records under which the structure collapses"}),
@@ -519,10 +524,7 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
             joint = JointMaterial.from_si(f"{k}", values, torsion=interface.joint_material.torsion)
             changed.append(interface.with_joint_material(joint))
         model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", LoadFactorWarning)
-            manager = AnalysisManager(model, settings=result.settings, progress=False, effects=False)
-            return manager.run([result.case])[result.name].load_factor
+        return run_again(result, model).load_factor
 
     left, right = ((load_factor(step) - result.load_factor) / step for step in (-_STEP, _STEP))
     return float(derivative @ share), left, right

@@ -17,23 +17,23 @@ from typing import Any
 
 from blockstruct.errors import BusyError, ClusterError, MissingExtraError, StudyError, shown
 from blockstruct.storage import save_image
-from blockstruct.studies.plan import Job, Plan, Problem, carry_out, carry_out_far, carry_out_sent, described
+from blockstruct.studies.plan import Plan, Problem, Run, carry_out, carry_out_far, carry_out_sent, described
 
 #: One thread per library, because the workers share the processors.
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "RAYON")}
 _ONE_THREAD |= {"VECLIB_MAXIMUM_THREADS": "1"}
 
 #: Runs as they end, each with the reason if it has no results.
-Ended = Generator[tuple[Job, Problem], None, None]
+Ended = Generator[tuple[Run, Problem], None, None]
 
 
-def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Ended:
+def here(plan: Plan, runs: Sequence[Run], folder: Path) -> Ended:
     """Carry out runs in this process, one after the other."""
-    for job in jobs:
-        yield job, carry_out(plan, job, folder)
+    for run in runs:
+        yield run, carry_out(plan, run, folder)
 
 
-def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
+def in_processes(plan: Plan, runs: Sequence[Run], folder: Path, workers: int) -> Ended:
     """Carry out runs in worker processes, each with one thread per library.
 
     A worker that is killed ends the pool. The runs at work then continue one by one from their last committed
@@ -45,14 +45,14 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
         If the workers cannot start.
     """
     sent, why_script = plan.pickled()
-    left = {job.name: job for job in jobs}
+    left = {run.name: run for run in runs}
 
-    def in_a_pool(some: Sequence[Job], count: int) -> Ended:
+    def in_a_pool(some: Sequence[Run], count: int) -> Ended:
         with _pool(min(count, len(some)), why_script) as pool:
-            futures: dict[Future[Problem], Job] = {}
+            futures: dict[Future[Problem], Run] = {}
             with contextlib.suppress(BrokenExecutor):
-                for job in some:
-                    futures[pool.submit(carry_out_sent, sent, job, str(folder))] = job
+                for run in some:
+                    futures[pool.submit(carry_out_sent, sent, run, str(folder))] = run
             for future in as_completed(futures):
                 try:
                     problem = future.result()
@@ -63,11 +63,11 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
     while left:
         yield from in_a_pool([*left.values()], workers)
         # Runs begin in order, so the unfinished runs of a pool are the first of the remaining ones.
-        for job in [*left.values()][:workers]:
-            yield from in_a_pool([job], 1)
-            if left.pop(job.name, None):
+        for run in [*left.values()][:workers]:
+            yield from in_a_pool([run], 1)
+            if left.pop(run.name, None):
                 why = "its worker process ended twice while it was at work: it was killed, or memory ran out"
-                yield job, Problem(why)
+                yield run, Problem(why)
 
 
 @contextlib.contextmanager
@@ -207,7 +207,7 @@ def _check(client: Any) -> None:
         raise ClusterError(msg)
 
 
-def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> Ended:
+def on_cluster(plan: Plan, runs: Sequence[Run], folder: Path, client: Any) -> Ended:
     """Carry out runs on a cluster; each file is written on this machine.
 
     If a worker ends, the scheduler begins its runs again on other workers, up to its ``allowed-failures``.
@@ -220,10 +220,10 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> En
     from distributed import as_completed
 
     sent, _ = plan.pickled()
-    futures = {client.submit(carry_out_far, sent, job, key=_key(job), pure=False): job for job in jobs}
+    futures = {client.submit(carry_out_far, sent, run, key=_key(run), pure=False): run for run in runs}
     try:
         for future in as_completed(list(futures), loop=client.loop):
-            job = futures.pop(future)
+            run = futures.pop(future)
             try:
                 problem, image = future.result()
             except CancelledError as error:
@@ -234,18 +234,18 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> En
             future.release()
             if image:
                 try:
-                    save_image(image, folder / f"{job.name}.h5")
+                    save_image(image, folder / f"{run.name}.h5")
                 except BusyError as error:
                     problem = Problem.of(error)
-            yield job, problem
+            yield run, problem
     finally:
         with contextlib.suppress(Exception):
             client.cancel(list(futures))
 
 
-def _key(job: Job) -> str:
+def _key(run: Run) -> str:
     """Return a unique key of a run, so that a cluster reuses no old result."""
-    return f"blockstruct-{job.name}-{uuid.uuid4().hex[:8]}"
+    return f"blockstruct-{run.name}-{uuid.uuid4().hex[:8]}"
 
 
 def _unreachable(address: str, why: Any) -> ClusterError:

@@ -57,9 +57,9 @@ from blockstruct.text.note import (
     effect_note,
     torsion_note,
 )
-from blockstruct.text.numbers import BEYOND, FEW, LISTED, LOAD_FACTOR, Answer, in_g, ratio_text, shown, told_apart
+from blockstruct.text.numbers import BEYOND, LOAD_FACTOR, Answer, in_g, ratio_text, shown, told_apart
 
-__all__ = ["BEYOND", "FEW", "in_g", "ratio_text", "shown", "told_apart"]
+__all__ = ["BEYOND", "in_g", "ratio_text", "shown", "told_apart"]
 __all__ += ["assessment", "Note", "NoteCode", "Severity", "biaxial_note", "caveats", "cells_note", "EFFECT"]
 __all__ += ["effect_note", "torsion_note"]
 __all__ += ["Scope", "assumption_sentences", "masses_below", "report", "study"]
@@ -67,7 +67,7 @@ __all__ += ["admissible_state", "capitalised", "certificate_sentence", "curve_en
 __all__ += ["pushed_masses", "pushed_states", "response_sentences", "settled_schedules", "statics_range"]
 __all__ += ["tilting_table"]
 __all__ += ["LOAD_FACTOR", "Answer", "ended", "found_by", "range_text", "sentence", "why"]
-__all__ += ["LISTED", "SMALL", "NO_COLLAPSE_STATE", "STEPS_OF_PATH", "STEPS_OF_PROGRAMS", "body_sentences"]
+__all__ += ["SMALL", "NO_COLLAPSE_STATE", "STEPS_OF_PATH", "STEPS_OF_PROGRAMS", "body_sentences"]
 __all__ += ["direction_text", "failure_clause", "joints_sentence", "more_ties", "motion_clause", "moving_sentence"]
 __all__ += ["smaller_bodies"]
 __all__ += ["holding_ties", "roller_sentences"]

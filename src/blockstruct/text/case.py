@@ -9,8 +9,8 @@ from blockstruct.model import BodyForce, Case, Model, MovingCase, Pushover, Self
 from blockstruct.motion import CurveOutcome
 from blockstruct.statics import applied_loads, carried_weights
 from blockstruct.text.mechanism import kilonewton
-from blockstruct.text.numbers import FEW, Answer
-from blockstruct.vocabulary import CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
+from blockstruct.text.numbers import Answer
+from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
 
 _FOUND_BY = {
     Procedure.LOADING_PATH: "along its loading path",

@@ -4,16 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from blockstruct.arrays import NEGLIGIBLE, Array
-from blockstruct.text.numbers import LISTED
-from blockstruct.vocabulary import AXES, SolverStatus, coordinate, counted
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
+from blockstruct.vocabulary import AXES, SolverStatus, coordinate, counted, listed, shortened
 
 #: Share of the whole weight, or of the largest value, below which a body, joint or force is not shown by itself.
 SMALL = 0.02
-#: Translation of a centroid, relative to the speed of its body, below which it counts as at rest.
-_STAYS = 1e-3
-#: Coordinate of an axis, relative to its distance from the centroid, below which it is solver noise.
-_NOISE = 1e-5
 #: Cosine of the largest angle (3°) between an axis of rotation and the coordinate axis that names it.
 _ALONG = np.cos(np.radians(3.0))
 
@@ -35,11 +30,10 @@ def moving_sentence(moving: int, free: int, bodies: int, share: float, *, carrie
 def body_sentences(bodies: Sequence[tuple[Sequence[str], float, str]]) -> list[str]:
     """Return a sentence on each moving body: its blocks, its share of the weight, and a :func:`motion_clause`."""
     sentences = []
-    for k, (blocks, share, motion) in enumerate(bodies[:LISTED], start=1):
-        names = f"{counted(len(blocks), 'block')} ({_listed(blocks, 'block')}; {share:.0%} of the weight)"
+    for k, (blocks, share, motion) in enumerate(bodies, start=1):
+        names = f"{counted(len(blocks), 'block')} ({listed(blocks, noun='block')}; {share:.0%} of the weight)"
         sentences.append(f"{k}. A body of {names} {motion}.")
-    more = len(bodies) - LISTED
-    return sentences + [f"{more} smaller {'body moves' if more == 1 else 'bodies move'}, too."] * (more > 0)
+    return shortened(sentences, lambda more: f"{more} smaller {'body moves' if more == 1 else 'bodies move'}, too.")
 
 
 def smaller_bodies(count: int) -> str:
@@ -54,7 +48,9 @@ def more_ties(count: int) -> str:
 
 def joints_sentence(kind: str, joints: Sequence[str]) -> str:
     """Return the sentence on joints that fail in one way, the most active first."""
-    return f"{kind}: {len(joints)}, first {_listed(joints, 'joint')}." if len(joints) > 1 else f"{kind}: {joints[0]}."
+    return (
+        f"{kind}: {len(joints)}, first {listed(joints, noun='joint')}." if len(joints) > 1 else f"{kind}: {joints[0]}."
+    )
 
 
 def failure_clause(states: Iterable[tuple[str, str]]) -> str:
@@ -81,14 +77,14 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
     direction, point = axis
     along = int(np.abs(direction).argmax())
     if abs(direction[along]) > _ALONG:
-        noise = _NOISE * np.linalg.norm(point - centroid)
+        noise = NEGLIGIBLE * np.linalg.norm(point - centroid)
         place = np.where(np.abs(point) <= noise, 0.0, np.round(point, 6) + 0.0)
         rest = [f"{name} = {coordinate(value)} m" for name, value in zip(AXES, place, strict=True)]
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
     else:
         place = np.round(point, 6) + 0.0
         where = f"an inclined axis near ({', '.join(map(coordinate, place))}) m"
-    if np.linalg.norm(translation) <= _STAYS * speed:
+    if np.linalg.norm(translation) <= SLIGHT * speed:
         return f"turns about {where}; its centroid stays"
     # A body that overturns goes down, too: its direction is the level one.
     level = np.array([translation[0], translation[1], 0.0])
@@ -108,11 +104,6 @@ def direction_text(vector: Array) -> str:
     share = abs(unit[along])
     name = f"{'+' if unit[along] > 0 else '−'}{AXES[along]}"
     return name if round(share, 2) == 1 else f"{name} ({share:.0%})"
-
-
-def _listed(names: Sequence[str], noun: str) -> str:
-    rest = len(names) - LISTED
-    return ", ".join(names[:LISTED]) + (f" and {counted(rest, f'more {noun}')}" if rest > 0 else "")
 
 
 def tie_title(name: str, kind: str = "tie") -> str:
@@ -212,12 +203,11 @@ def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
     ['Support head holds x with -7.2 kN and ry with 0 kN·m.']
     """
     sentences = []
-    for name, of_support in list(reactions.items())[:LISTED]:
+    for name, of_support in reactions.items():
         parts = [f"{motion} with {kilonewton(value)}{'·m' * ('r' in motion)}" for motion, value in of_support.items()]
         held = " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
         sentences.append(f"Support {name} holds {held}.")
-    more = len(reactions) - LISTED
-    return sentences + [f"{more} more such supports have reactions: result.support_reactions."] * (more > 0)
+    return shortened(sentences, "{} more such supports have reactions: result.support_reactions.".format)
 
 
 def breaking_clause(breaks: Sequence[tuple[str, float, float]], before: float, after: float) -> str:
@@ -240,9 +230,8 @@ def more_breaks(count: int) -> str:
 def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:
     """Return a sentence on each tie that does not break: name, largest elongation, m, and largest force, N."""
     sentences = []
-    for name, elongation, force in ties[:LISTED]:
+    for name, elongation, force in ties:
         title = tie_title(name)
         lengthens = f"it lengthens by at most {1e3 * elongation:.4g} mm, under {kilonewton(force)} at most"
         sentences.append(f"{title[:1].upper()}{title[1:]} holds: {lengthens}.")
-    more = len(ties) - LISTED
-    return sentences + [f"{more} more hold{'s' * (more == 1)}, too."] * (more > 0)
+    return shortened(sentences, lambda more: f"{more} more hold{'s' * (more == 1)}, too.")

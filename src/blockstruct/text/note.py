@@ -7,8 +7,8 @@ from enum import StrEnum
 import numpy as np
 
 from blockstruct.limit import Outcome
-from blockstruct.text.numbers import FEW, Answer
-from blockstruct.vocabulary import Status, counted, listed
+from blockstruct.text.numbers import Answer
+from blockstruct.vocabulary import FEW, Status, counted, listed
 
 
 class Severity(StrEnum):

@@ -1,4 +1,4 @@
-"""Numbers as text, the name and format of the number of a case, and how many names a text lists."""
+"""Numbers as text, and the name and format of the number of a case."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -80,8 +80,6 @@ class Answer:
 LOAD_FACTOR = Answer()
 
 
-#: Names that a sentence lists, and names or bodies that a list has, before it counts the rest.
-FEW, LISTED = 3, 5
 #: An acceleration beyond the largest that a check tries.
 BEYOND = "more than 10 g"
 

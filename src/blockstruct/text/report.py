@@ -4,10 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from blockstruct.text.note import Note
 from blockstruct.text.numbers import Answer, ratio_text, shown
-from blockstruct.vocabulary import Status, counted, listed
-
-#: Checks that a sentence lists.
-_LISTED = 8
+from blockstruct.vocabulary import Status, counted, listed, shortened
 
 NO_SOURCE = "the author of the model"
 NO_CASE = "The analysis has no case."
@@ -85,9 +82,8 @@ def ratio(case: str, state: str, value: float, alpha: float, *, checks: int) -> 
 def other_checks(checks: Sequence[tuple[str, str, float, str]]) -> str:
     """Return the sentence on failed checks: case, state, ratio, outcome."""
     texts = [f"{ratio_text(value)} of “{case}” ({state}), {outcome}" for case, state, value, outcome in checks]
-    more = len(checks) - _LISTED
-    listed = texts[:_LISTED] + [f"and {more} more, in the verification below"] * (more > 0)
-    return f"Other checks: capacity / demand {'; '.join(listed)}."
+    some = shortened(texts, "and {} more, in the verification below".format)
+    return f"Other checks: capacity / demand {'; '.join(some)}."
 
 
 def between_directions(least: Sequence[tuple[str, float]], uncovered: Sequence[str]) -> str:

@@ -19,7 +19,6 @@ import blockstruct as bs
 from blockstruct.analysis import Listener
 from blockstruct.analysis.events import follow
 from blockstruct.text import study
-from blockstruct.text.numbers import LISTED
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.selection import compasses
 from blockstruct.views.words import (
@@ -32,27 +31,24 @@ from blockstruct.views.words import (
 )
 from blockstruct.vocabulary import counted, listed
 
-#: Rows that a terminal shows; the store holds the rest.
-_SHOWN = 50
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
 _FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
 #: Runs of a summary without a finite load factor.
 _NOT_FINITE = ("unstable", "unbounded", "unknown")
-#: Characters between columns.
-_GAP = 2
 
 
 def study_table(data: xr.Dataset) -> Table:
     """Return the table of a study, a row per case of each run: parameters, load factor, status, problem."""
     frame = bs.studies.frame_of(data)
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
-    rows = frame.head(_SHOWN).to_dict("records")
+    most = pd.get_option("display.max_rows")
+    rows = frame.head(most).to_dict("records")
     columns = parameter_columns(rows, varied, frame.attrs["units"])
     columns.append(("case", [row["case"] for row in rows], "left"))
     columns.append((answer_title(rows), [answer_cell(row) for row in rows], "right"))
     columns.append(("status", [_ending(row) for row in rows], "left"))
     table = folded_table(columns)
-    if len(frame) > _SHOWN:
+    if len(frame) > len(rows):
         table.add_row(Text(f"… {len(frame)} rows"))
     return table
 
@@ -87,7 +83,7 @@ class FoldedTable(Table):
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for folds in _FOLDS:
             widths = [_width(column, *folds) for column in self.columns]
-            needed = sum(widths) + _GAP * (len(widths) - 1)
+            needed = sum(widths) + (self.padding[1] + self.padding[3]) * (len(widths) - 1)
             if needed <= options.max_width:
                 break
         for column, width in zip(self.columns, widths, strict=True):
@@ -108,7 +104,7 @@ def _width(column: Column, of_texts: float, of_titles: float) -> int:
 
 def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) -> Table:
     """Return a table of titles, cells and alignments: numbers to the right, texts to the left."""
-    table = FoldedTable(box=None, padding=(0, _GAP, 0, 0), pad_edge=False, header_style="bold")
+    table = FoldedTable(box=None, pad_edge=False, header_style="bold")
     of_rows = []
     for title, cells, side in columns:
         # As Text, since "[m]" in a str would be markup.
@@ -236,14 +232,14 @@ def model_text(model: bs.Model) -> str:
     rollers = [f"{b.name} holds {', '.join(b.held)}" for b in model.blocks if b.is_roller]
     weight = sum(b.weight for b in model.blocks if not b.fixed)
     text = (
-        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({listed(fixed, LISTED)})\n"
+        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({listed(fixed)})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
     if rollers:
-        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers, LISTED).replace(', ', '; ')}"
+        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers).replace(', ', '; ')}"
     if model.ties:
-        text += f"\n{counted(len(model.ties), 'tie')}: {listed([tie.name for tie in model.ties], LISTED)}"
+        text += f"\n{counted(len(model.ties), 'tie')}: {listed([tie.name for tie in model.ties])}"
     return text
 
 

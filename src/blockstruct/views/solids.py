@@ -13,9 +13,6 @@ from blockstruct.arrays import Array, Index
 from blockstruct.geometry.triangles import triangulated
 from blockstruct.text import SMALL
 
-#: Displacement of a corner, relative to the largest translation, from which a mechanism is drawn smaller.
-LEVER = 3.0
-
 
 @dataclass(frozen=True)
 class Solids:
@@ -78,12 +75,9 @@ class Solids:
         return _displacement(result, iteration, self.block_of_vertex, self.vertices)
 
     def drawn_share(self, displacement: Array) -> float:
-        """Return the share of the amplitude: 1, or less if corners move far.
-
-        Otherwise the ends of a beam that turns about a support below its centroid would fill the picture.
-        """
+        """Return the share at which the corner that moves farthest moves by one."""
         farthest = float(np.linalg.norm(displacement, axis=1).max())
-        return min(1.0, LEVER / farthest) if farthest > 0 else 1.0
+        return 1 / farthest if farthest > 0 else 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,19 +166,8 @@ def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:
     loops
         Vertices of each polygon, in turn about its normal.
     """
-    parts = [_parts(vertices[loop]) for loop in loops]
-    corners = np.concatenate([loop[part] for loop, part in zip(loops, parts, strict=True)])
-    return corners, np.repeat(np.arange(len(loops)), [len(p) for p in parts])
-
-
-def _parts(polygon: Array) -> Index:
-    """Return the triangles of one polygon: a fan if it is convex."""
-    following = np.roll(polygon, -1, axis=0)
-    normal = np.cross(polygon - polygon[0], following - polygon[0]).sum(axis=0)
-    corner = np.cross(polygon - np.roll(polygon, 1, axis=0), following - polygon) @ normal
-    if np.all(corner >= 0):
-        return np.array([(0, i, i + 1) for i in range(1, len(polygon) - 1)])
-    return np.array(triangulated(polygon, range(len(polygon))))
+    parts = [triangulated(vertices, loop.tolist()) for loop in loops]
+    return np.concatenate(parts), np.repeat(np.arange(len(loops)), [len(p) for p in parts])
 
 
 #: Right, up, and toward the reader.

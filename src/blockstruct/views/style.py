@@ -35,8 +35,8 @@ UTILISATION = ("#d8d3ca", "#56a3d0", "#003a5c")
 DISPLACEMENT = (STONE, "#8fc1de", "#2f86c1", "#0a4f86")
 #: Colours of the moving macro-blocks, in turn: palette of Okabe & Ito (2008), light enough for edges to show.
 BODY_COLOURS = ("#56b4e9", "#e69f00", "#4dbd95", "#d79ac0", "#f0e442", "#7f9fd4", "#e2865a", "#a3a3a3")
-#: Largest drawn displacement of a mechanism, and longest arrow, relative to the largest extent of the structure.
-AMPLITUDE, ARROW = 0.08, 0.16
+#: Way of the corner that moves farthest, and longest arrow, relative to the largest extent of the structure.
+AMPLITUDE, ARROW = 0.1, 0.16
 #: Width of the lines of joints and ties, points.
 LINE = 2.0
 #: Measures of a certificate, and their lines.

@@ -6,7 +6,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.vocabulary import MOTIONS, listed
+from blockstruct.vocabulary import FEW, MOTIONS, listed
 
 #: Statuses whose history may hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
@@ -76,7 +76,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     if isinstance(case, bs.Pushover):
         point, direction = f"the control point on {case.control[0]}", case.control[1]
     else:
-        point, direction = listed(case.supports, 3), case.direction
+        point, direction = listed(case.supports, FEW), case.direction
     along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]

@@ -21,8 +21,8 @@ from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
 from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, EDGE, SUPPORT
 
-#: Positions of a mechanism in one period, and duration of a period and of a whole pushover, s.
-_FRAMES, _PERIOD, _WHOLE = 24, 4.0, 8.0
+#: Positions of a mechanism in one animation, and duration of an animation, s.
+_FRAMES, _DURATION = 24, 4.0
 #: A triangle of binary STL: normal, corners, and two bytes without meaning.
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -88,7 +88,7 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
     mechanism = result.mechanism
     twist = [factor * mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")]
     moved = [screw_motions(*(share * part for part in twist)) for share in shares]
-    time = np.linspace(0, _PERIOD, len(shares))
+    time = np.linspace(0, _DURATION, len(shares))
     return Motion(time, np.array([solids.centroids + t for _, t in moved]), np.array([R for R, _ in moved]))
 
 
@@ -108,7 +108,7 @@ def pushover_motion(result: bs.CaseResult) -> Motion:
     # Times increase even between two states of one displacement.
     time = way / (way[-1] or 1.0) + np.arange(len(way)) / (100 * len(way))
     position = curve["position"].transpose("step", "block", "axis").to_numpy()
-    return Motion(_WHOLE * time / (time[-1] or 1.0), position, bs.results.block_rotations(curve))
+    return Motion(_DURATION * time / (time[-1] or 1.0), position, bs.results.block_rotations(curve))
 
 
 def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None, step: int | None = None) -> Path:
@@ -164,15 +164,11 @@ def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = Non
     return write_bytes(bytes(80) + np.uint32(len(corners)).tobytes() + body.tobytes(), target)
 
 
-#: Number of colours for displacements.
-_SHADES = 32
-
-
 def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None) -> Path:
     """Write an animation of a result: its pushover if it has one, otherwise its mechanism.
 
     Each block is a node with its name, and blocks are darker where they move farther. In a mechanism the blocks move
-    along their screws to the amplitude and back in 4 s. A pushover takes 8 s. Ties are not drawn.
+    along their screws to the amplitude and back. Each animation takes 4 s. Ties are not drawn.
 
     Parameters
     ----------
@@ -236,7 +232,6 @@ class _Buffer:
 def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
     """Return the bytes of the file."""
     model, buffer, solids = result.model, _Buffer(), Solids.of(result.model)
-    shade = _shades(model, motion)
     meshes, nodes = list[dict[str, Any]](), list[dict[str, Any]]()
     channels, samplers = list[dict[str, Any]](), list[dict[str, Any]]()
     time = buffer.add(motion.time, "SCALAR")
@@ -249,14 +244,14 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
                 "NORMAL": buffer.add(normals, "VEC3", _Code.VERTICES),
             },
             "indices": buffer.add(triangles.ravel(), "SCALAR", _Code.INDICES),
-            "material": int(shade[k]),
+            "material": k,
         }
         shape = block.shape
         ends = {(min(a, b), max(a, b)) for face in shape.faces for a, b in pairwise((*face, face[0]))}
         lines = {
             "attributes": {"POSITION": buffer.add(shape.vertices - solids.centroids[k], "VEC3", _Code.VERTICES)},
             "indices": buffer.add(np.array(sorted(ends)).ravel(), "SCALAR", _Code.INDICES),
-            "material": _SHADES + 1,
+            "material": len(model.blocks),
             "mode": _Code.LINES,
         }
         meshes.append({"name": block.name, "primitives": [primitive, lines]})
@@ -284,7 +279,7 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
         "meshes": meshes,
         "materials": [
             {"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}}
-            for colour in [*_colours(np.linspace(0, 1, _SHADES)), _linear(SUPPORT), _linear(EDGE)]
+            for colour in [*_colours(model, motion), _linear(EDGE)]
         ],
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
@@ -312,19 +307,15 @@ def _flat_faces(block: bs.Block) -> tuple[Array, Array, Index]:
     return shape.vertices[corners], normals, np.concatenate(triangles)
 
 
-def _shades(model: bs.Model, motion: Motion) -> Index:
-    """Return the material (B,) of each block: its largest displacement, or the colour of supports."""
+def _colours(model: bs.Model, motion: Motion) -> list[list[float]]:
+    """Return the linear colour of each block, by its largest displacement; supports have their own."""
     way = np.linalg.norm(motion.position - motion.position[0], axis=2).max(axis=0)
-    shade = np.round((_SHADES - 1) * way / (way.max() or 1.0)).astype(np.int64)
-    return np.where([b.fixed for b in model.blocks], _SHADES, shade)
-
-
-def _colours(shares: Array) -> list[list[float]]:
-    """Return linear colours of shares of the largest displacement."""
     known = np.array([_linear(colour) for colour in DISPLACEMENT])
-    at = np.linspace(0, 1, len(known))
-    colours: list[list[float]] = np.stack([np.interp(shares, at, channel) for channel in known.T], axis=1).tolist()
-    return colours
+    at = np.linspace(0, way.max() or 1.0, len(known))
+    colours = np.stack([np.interp(way, at, channel) for channel in known.T], axis=1)
+    colours[[b.fixed for b in model.blocks]] = _linear(SUPPORT)
+    listed: list[list[float]] = colours.tolist()
+    return listed
 
 
 def _linear(colour: str) -> list[float]:

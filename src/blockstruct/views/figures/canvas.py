@@ -42,14 +42,11 @@ class Lines:
         Joint that each line bounds.
     colours, dashes
         Of each line; a dash is ``"-"`` or an offset with lengths on and off.
-    width : float
-        Points.
     """
 
     ends: Array
     interface: Index
     colours: Array
-    width: float
     dashes: list[Any]
 
 
@@ -113,10 +110,8 @@ def bodies(
         ranks, depths = np.concatenate([ranks, key[drawn] + 0.5]), np.concatenate([depths, np.zeros(len(drawn))])
         colours = np.concatenate([colours, np.zeros((len(drawn), 4))])
         edges = np.concatenate([edges, lines.colours[drawn]])
-        widths, dashes = (
-            np.concatenate([widths, np.full(len(drawn), lines.width)]),
-            dashes + [lines.dashes[k] for k in drawn],
-        )
+        widths = np.append(widths, np.full(len(drawn), LINE))
+        dashes += [lines.dashes[k] for k in drawn]
     order = np.lexsort((depths, ranks))
     return PathCollection(
         [paths[k] for k in order],
@@ -264,7 +259,7 @@ class Canvas:
         seen = self.view.project(ends)
         colours = [TIE] * len(ends) if states is None else [TIE_COLOURS[state] for state in states]
         # A white margin separates the line from edges next to it.
-        self.add(LineCollection(list(seen), colors="white", linewidths=LINE + 1.6, capstyle="round"))
+        self.add(LineCollection(list(seen), colors="white", linewidths=2 * LINE, capstyle="round"))
         self.add(LineCollection(list(seen), colors=colours, linewidths=LINE, capstyle="round"))
         ends_of = self.ax.scatter(*seen.reshape(-1, 2).T, s=9, c=np.repeat(colours, 2), marker="s", clip_on=False)
         ends_of.set_zorder(len(self.ax.collections))

@@ -8,14 +8,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
-from blockstruct.arrays import Array
+from blockstruct.arrays import ROUNDING, Array
 from blockstruct.text import EFFECT
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, MEASURES
 from blockstruct.views.words import without_curve_words
-from blockstruct.vocabulary import listed
+from blockstruct.vocabulary import FEW, listed
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
@@ -89,7 +89,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     if isinstance(result.case, bs.SettlementCase):
-        what, ylabel = listed(result.case.supports, 3), f"reaction R [{value_unit}]"
+        what, ylabel = listed(result.case.supports, FEW), f"reaction R [{value_unit}]"
     else:
         what, ylabel = f"the control point on {result.case.control[0]}", "load factor α [-]"
     ax.set(xlabel=f"displacement of {verbatim(what)} [{unit}]", ylabel=ylabel)
@@ -99,9 +99,6 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     if label:
         legend_above(ax)
     return ax
-
-
-_CUTS = 65
 
 
 def crushing_domain(
@@ -210,7 +207,7 @@ def stress_blocks(polygon: Array, strength: float) -> tuple[Array, Array]:
     strength
         Pa.
     """
-    area, static = bs.results.parts_beyond(polygon, np.array([0.0, 1.0]), np.linspace(1, 0, _CUTS))
+    area, static = bs.results.parts_beyond(polygon, np.array([0.0, 1.0]), np.linspace(1, 0))
     # From the whole interface to its upper edge, and back along the lower one.
     rest_area, rest_static = area[0] - area, static[0] - static
     return strength * np.concatenate([area, rest_area]), strength * np.concatenate([static, rest_static])
@@ -226,13 +223,8 @@ _MARKERS = {
     bs.vocabulary.Stage.SHIFTED.value: "^",
     bs.vocabulary.Stage.LOADING_PATH.value: ".",
 }
-#: Measures below this are drawn at this value, since their size is rounding.
-_FLOOR = 1e-12
-#: Height of the drawn ground acceleration, relative to the largest displacement.
-_GROUND = 0.25
-#: Longest drawn period of a demand, relative to the last limit state; largest drawn acceleration, relative to the
-#: largest of the capacity curve.
-_BEYOND, _TALLEST = 1.3, 6.0
+#: Largest drawn acceleration of a demand, relative to the largest of the capacity curve.
+_TALLEST = 6.0
 
 
 def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
@@ -292,7 +284,7 @@ def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     ax = new_axes(ax)
     history, settings = result.history, result.settings
     for name, (label, colour, marker) in MEASURES.items():
-        values = np.maximum(history[name].to_numpy(), _FLOOR)
+        values = np.maximum(history[name].to_numpy(), ROUNDING)
         ax.semilogy(values, color=colour, marker=marker, markersize=3.5, lw=1, label=label)
         is_gap = name == "flow_rule_gap"
         limit = history["flow_rule_gap_limit"][-1] if is_gap else getattr(settings.numerics, _tolerance(name))
@@ -352,7 +344,7 @@ def response(result: bs.CaseResult, *, block: str = "", ax: Axes | None = None) 
     ax = new_axes(ax)
     ground = result.case.ground[:, axis] if isinstance(result.case, bs.RecordCase) else np.zeros(1)
     if np.abs(ground).max() > 0 and isinstance(result.case, bs.RecordCase):
-        height = _GROUND * np.abs(displacement).max() * factor / np.abs(ground).max()
+        height = np.abs(displacement).max() * factor / np.abs(ground).max()
         ax.plot(result.case.times, ground * height, color="0.75", lw=0.6, label="ground acceleration, no scale")
     name = verbatim(names[chosen])
     ax.plot(time, displacement[:, axis] * factor, color=ACCENT, lw=1.2, label=f"displacement of {name}")
@@ -394,13 +386,8 @@ def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None
     axes, c = new_axes(ax), check.coefficients
     axes.plot(curve.displacement, curve.acceleration, color=ACCENT, label="capacity a(d)")
     T = c.slv_period * np.pi * np.sqrt(state.capacity / curve.at(state.capacity))
-    periods = np.linspace(0.02 * T, _BEYOND * T, 400)
-    try:
-        demand = check.spectrum.displacement(periods, c.slv_damping)
-    except bs.errors.ModelError:
-        # A table may end before this period.
-        periods = np.linspace(0.02 * T, T, 400)
-        demand = check.spectrum.displacement(periods, c.slv_damping)
+    periods = np.linspace(0.02 * T, T, 400)
+    demand = check.spectrum.displacement(periods, c.slv_damping)
     spectral = demand * (2 * np.pi / periods) ** 2
     axes.plot(demand, spectral, color=FORCE, label=f"demand, ξ = {100 * c.slv_damping:g} %")
     ray = np.array([0.0, max(state.capacity, state.demand)])

@@ -107,7 +107,7 @@ def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any
     line = np.array([line for line, _, _ in drawn], dtype=int)
     colours = to_rgba_array([STATE_COLOURS[part] for _, part, _ in drawn])
     handles = {state.replace(" + ", ", "): _handle(parts(state)) for state in moving}
-    return Lines(ends[line], interface[line], colours, LINE, [dash for _, _, dash in drawn]), handles
+    return Lines(ends[line], interface[line], colours, [dash for _, _, dash in drawn]), handles
 
 
 def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
@@ -144,7 +144,7 @@ def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, An
     # Above the scale, the colour of full utilisation.
     colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[interface[line]]
     handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=FORCE, lw=LINE)} if full.any() else {}
-    return Lines(ends[line], interface[line], colours, LINE, ["-"] * len(line)), handles
+    return Lines(ends[line], interface[line], colours, ["-"] * len(line)), handles
 
 
 def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
@@ -170,7 +170,7 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
     handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=LINE)}
     if crushes.any():
         handles["of a joint that crushes"] = Line2D([], [], color=FORCE, lw=LINE)
-    return Lines(bars, interface[line], colours, LINE, ["-"] * len(line)), handles
+    return Lines(bars, interface[line], colours, ["-"] * len(line)), handles
 
 
 def dimensions(model: bs.Model, *, look: Any = None, ax: Axes | None = None) -> Axes:

@@ -16,14 +16,10 @@ from blockstruct.views.console import directions_text, parameter_texts
 from blockstruct.views.figures import drawings, overview
 from blockstruct.views.report import summary
 from blockstruct.views.selection import shown_results
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import FEW, counted, shortened
 
 #: Pictures of a case in the appendix, and their width and height, inches: three in a row. Size of the compass.
 _DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence"), (3.4, 2.7), (2.9, 3.1)
-#: Loads of a pattern, and findings of the detection, that are listed.
-_LISTED = 12
-#: Sentences on masses that the first page of a report has room for.
-_FEW = 2
 #: Loads whose weight follows from their position.
 _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
@@ -172,12 +168,11 @@ def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
     for name, (pattern, r) in patterns.items():
         loads = bs.results.applied_loads(r.model, pattern, r.case.dead)
         down = -np.bincount(loads.load, loads.force[:, 2], minlength=len(pattern.loads))
-        rest = len(pattern.loads) - _LISTED
         shown = [
             _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "") + _mass(load)
-            for load, weight in zip(pattern.loads[:_LISTED], down, strict=False)
+            for load, weight in zip(pattern.loads, down, strict=True)
         ]
-        listed[name] = shown + [f"and {counted(rest, 'more load')}"] * (rest > 0)
+        listed[name] = shortened(shown, lambda rest: f"and {counted(rest, 'more load')}")
     return listed
 
 
@@ -328,7 +323,7 @@ def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str
 
 def below_loads(masses: Sequence[str]) -> Sequence[str]:
     """Return the sentences on masses that the assumptions leave to the loads."""
-    return masses if len(masses) > _FEW else ()
+    return masses if len(masses) > FEW else ()
 
 
 def assumptions(
@@ -349,7 +344,7 @@ def assumptions(
         corners={r.name: r.case.corner_rounding for r in results if isinstance(r.case, bs.Pushover)},
     )
     masses = pushed_masses(model, results)
-    if len(masses) > _FEW:
+    if len(masses) > FEW:
         masses = [masses_below(len(masses))]
     return assumption_sentences(model, scope, words.cells_of(results), masses, bs.assess.lines.HIGHER)
 
@@ -367,7 +362,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     ]
     by_hand = {i.name for i in model.interfaces} - {c.interface for c in accepted if not math.isnan(c.gap)}
     if by_hand:
-        rows.append(("given, not measured", _listed(sorted(by_hand))))
+        rows.append(("given, not measured", shortened(sorted(by_hand))))
     why = Counter("blocks between" if c.is_hidden else c.reason for c in report.rejected)
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
     apart = [pair for pair in report.close if pair[2] > report.tolerances.gap]
@@ -380,9 +375,4 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
             ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])
         )
     rows += [("hint", [hint]) for hint in report.hints]
-    return rows + [(kind, _listed(lines)) for kind, lines in report.listing()]
-
-
-def _listed(lines: list[str]) -> list[str]:
-    rest = len(lines) - _LISTED
-    return lines[:_LISTED] + ([f"and {rest} more"] if rest > 0 else [])
+    return rows + [(kind, shortened(lines)) for kind, lines in report.listing()]

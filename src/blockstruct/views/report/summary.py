@@ -12,11 +12,12 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct import text
-from blockstruct.text import FEW, Note, NoteCode, Severity, report, shown
+from blockstruct.text import Note, NoteCode, Severity, report, shown
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
-from blockstruct.views.selection import moving_bodies
+from blockstruct.views.selection import compasses, moving_bodies
 from blockstruct.views.style import BODY_COLOURS
+from blockstruct.vocabulary import FEW, LISTED
 
 #: Width and height, inches: the mechanism of a direction is 9 cm high or more, with its legend next to it.
 _MECHANISM, _GEOMETRY, _DIAGRAM, _ROW = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9), (1.2, 1.0)
@@ -31,7 +32,7 @@ def picture(drawing: Drawing) -> dict[str, Any]:
 def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
     """Return the picture of the mechanism with its load, and the legend of its bodies; None without a mechanism.
 
-    The legend lists the five heaviest bodies. The others, and bodies below two percent of the moving weight, are one
+    The legend lists the heaviest bodies. The others, and bodies below two percent of the moving weight, are one
     entry.
     """
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
@@ -74,7 +75,7 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
     """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
     moving = moving_bodies(result, -1)[1]
     whole = sum(body.total for body in moving)
-    large = [body for body in moving if body.total >= text.SMALL * whole][: text.LISTED]
+    large = [body for body in moving if body.total >= text.SMALL * whole][:LISTED]
     rows = [
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
@@ -257,10 +258,10 @@ _WORST_FIRST = (
     *(bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.COLLAPSES, bs.Status.UNDECIDED),
     *(bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED),
 )
+
+
 #: Relative difference between the first load factor of a curve and the load factor of its case that is reported.
 _APART = 0.005
-#: Pushes up to which no compass is drawn.
-_FEW = 2
 
 
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted: Notes) -> dict[str, Any]:
@@ -368,8 +369,7 @@ def _between(analysis: bs.Analysis) -> str:
     except bs.errors.ModelError:
         return ""
     least = [(name, found.least_between) for name, found in around if np.isfinite(found.least_between)]
-    # Two pushes are no compass unless a case with directions made them.
-    missed = {found.uncovered for name, found in around if name or found.data.sizes["direction"] > _FEW}
+    missed = {found.uncovered for _, found in compasses(analysis)}
     return report.between_directions(least, sorted(missed - {""}))
 
 
