@@ -424,7 +424,7 @@ def test_directions_are_unit_vectors_to_the_last_digit(components):
         ({"control": ("block", "x")}, "give the name of a block and a direction"),
         ({"control": ("block", (0, 0, 0))}, "give the name of a block and a direction"),
         ({"control": ("block", (1, np.nan, 0))}, "give the name of a block and a direction"),
-        ({"control": ("block", (1, 0, 0)), "steps": 2}, "whole number from 3"),
+        ({"control": ("block", (1, 0, 0)), "steps": 2}, "steps 2"),
         ({"control": ("block", (1, 0, 0)), "flow": "associative"}, "rise without end"),
         ({"control": ("block", (1, 0, 0)), "control_point": (0, 0, 0)}, "control_point"),
         ({"control": ("block", (1, 0, 0)), "corner_rounding": 0.02}, "corner_rounding: 0.02 has no unit"),

@@ -213,7 +213,7 @@ CUBE = {"size": ["1 m", "1 m", "1 m"], "material": STONE}
         ("stack count 1000000000 100000", lambda: bs.structures.stack(10**9, **CUBE)),
         ("tilted axis", lambda: bs.structures.tilted([], "5 deg", axis=(0, 0, 0))),
         ("wall blocks 100000", lambda: bs.wall(**BRICK, length="1e5 m", courses=12)),
-        ("wall blocks 100000", lambda: bs.wall(**BRICK, length="1e9 km", courses=12)),
+        ("wall length 1e+12 m 1e+06 m", lambda: bs.wall(**BRICK, length="1e9 km", courses=12)),
         ("wall material 'tuff' Material", lambda: bs.wall(**BRICK | {"material": "tuff"}, length="1 m", courses=2)),
         ("opening 1 3.8 m 3.2 m", lambda: wall(openings=[bs.structures.Opening("3 m", **OPENING)])),
         ("opening 1 sill 0.3 m", lambda: wall(openings=[bs.structures.Opening("1 m", **OPENING | {"sill": "0.3 m"})])),

@@ -89,11 +89,11 @@ def test_directions_without_a_load_factor_are_told(tower, small_analysis):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (0, "0; give 1 to 360"),
+        (0, "directions: 0"),
         ([0, 45], "0 has no unit"),
         (Q_([0, 360], "deg"), "repeats a direction"),
         (Q_([1], "m"), "does not fit"),
-        ([], "0 angles"),
+        ([], "number of angles 0"),
     ],
 )
 def test_bad_directions(tower, given, said):

@@ -16,6 +16,8 @@ from blockstruct.vocabulary import listed
 
 #: Largest number of characters of a name or another stored text.
 LONGEST_TEXT = 5000
+#: Smallest and largest length of a builder, m.
+SHORTEST, LONGEST = 1e-6, 1e6
 #: Largest number of blocks of a structure, of steps of a curve, and of directions.
 MOST = 100_000
 
@@ -126,11 +128,11 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        If the length is not above zero.
+        If the length is outside the range of buildings.
     """
     length = si(value, "length", what)
-    if not length > 0:
-        msg = f"{what} {length:.6g} m; give a length above zero"
+    if not SHORTEST <= length <= LONGEST:
+        msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, and check its unit"
         raise ModelError(msg)
     return length
 
