@@ -12,15 +12,15 @@ from blockstruct.limit.friction import CAP, Sliding, frozen_sliding, true_slidin
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces
+from blockstruct.procedures.carried_forces import INSIDE, LEAST_FRICTION, Aim, corrected_forces
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.path import Path
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers.interior_point import Step
 from blockstruct.vocabulary import SolverStatus, Stage
 
-#: Largest flow-rule gap of the closed state, relative to the load factor. Forces are sought this close to the limit of
-#: friction, and the load factor this close to that of the mechanism.
+#: Largest flow-rule gap of the closed state, relative to the load factor, and change of the load factor that costs as
+#: much as doubling the force at a contact.
 CLOSED = 1e-4
 #: Least normal force of a closed contact at the start, in multiples of the mean. With the mean, the forces of a cross
 #: vault are found at a load factor 4e-4 lower than by a program.
@@ -108,7 +108,7 @@ def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: Proc
     n = np.maximum(near[pressed, 0], PRESSED * near[:, 0].mean())
     # Friction starts inside its limit where contacts slide, and at zero elsewhere.
     x = np.column_stack([n, np.zeros((len(n), 2))])
-    x[slides, 1:] = -((1 - CLOSED) * (mu * n)[slides] / slip[slides])[:, None] * v[slides, 1:]
+    x[slides, 1:] = -(INSIDE * (mu * n)[slides] / slip[slides])[:, None] * v[slides, 1:]
     found = corrected_forces(
         problem.A[:, np.repeat(pressed, 3)],
         mu,
