@@ -11,8 +11,8 @@ Flags = NDArray[np.bool_]
 ROUNDING = 1e-9
 #: Share of a whole that counts as zero: solvers are no more exact, and files of other programs have fewer digits.
 NEGLIGIBLE = 1e-6
-#: Share of a whole that does not matter to a structure: rounding of numbers that users type, slivers of areas, and the
-#: accuracy of a certified collapse state.
+#: Share of a whole that does not matter to a structure: rounding of numbers that users type, slivers of areas, the
+#: accuracy of a certified collapse state, work that a step of a motion may miss.
 SLIGHT = 1e-3
 #: Number of values that are computed at once, which limits the memory.
 CHUNK = 2_000_000

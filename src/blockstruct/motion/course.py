@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from blockstruct.arrays import ROUNDING, Array, Index
+from blockstruct.arrays import ROUNDING, SLIGHT, Array, Index
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.settings import ProcedureSettings
@@ -24,9 +24,6 @@ RECENT = 4
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 #: Least work that counts, relative to the first state.
 CERTIFIED, LEAST_WORK = 1e-2, 0.05
-#: Share of work that hardly counts. If inertia does more of the work of a step, blocks fall. Forces may do as much of
-#: the work of a step across a gap that the step closes. A step may miss as much of all work so far.
-HARDLY = 1e-3
 
 
 class Course:
@@ -145,7 +142,7 @@ class Course:
             dissipation=dissipation,
             work=work,
             inertia=kinetic / work,
-            falls=kinetic > HARDLY * work,
+            falls=kinetic > SLIGHT * work,
             tie_elongation=moved.elongation,
             crushed_depth=moved.crushed.depth,
             crushed_share=moved.crushed.share,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import SLIGHT, Array, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
@@ -27,9 +27,8 @@ ITERATIONS, SOLVED = 200, 1e-7
 HALVINGS, HELD = 8, 2
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
 DENSE = 60
-#: Energy of an impact, relative to the energy of the motion, from which a step ends at the impact. Shortest part of a
-#: divided step, as a share.
-IMPACT, SPLIT = 1e-3, 0.05
+#: Shortest part of a step that is divided at an impact, as a share.
+SPLIT = 0.05
 #: Matrices of the cross product ``r × n`` with the unit vectors r, transposed: (3, 9).
 ACROSS = np.cross(np.eye(3)[:, None], np.eye(3)).reshape(3, 9)
 
@@ -277,7 +276,7 @@ class Dynamics:
 
     def _until_impact(self, h: float, gap: Array, nearing: Array, compliance: Array, energy: float) -> float:
         """Return the time until the first strong impact within a step h."""
-        strong = (nearing > GRAVITY * SPLIT * self.time_step) & (nearing**2 > IMPACT * energy * compliance)
+        strong = (nearing > GRAVITY * SPLIT * self.time_step) & (nearing**2 > SLIGHT * energy * compliance)
         if not strong.any():
             return h
         first = float((gap[strong] / nearing[strong]).min())

@@ -13,11 +13,11 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import SLIGHT, Array, Flags
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
-from blockstruct.motion.course import HARDLY, RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
@@ -301,7 +301,7 @@ class _Path:
     @property
     def _highest(self) -> float:
         """Largest height of free fall in a step, m. Inertia is small then."""
-        return self._length / HARDLY
+        return self._length / SLIGHT
 
     @property
     def _longest(self) -> float:
@@ -347,7 +347,7 @@ class _Path:
             found = self._completed(step.moved, solved, inertia_time)
             jams, broken = self._jams(solved), self._until_broken(found)
             share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
-            if found.energy_error > HARDLY:
+            if found.energy_error > SLIGHT:
                 # A shorter step misses less work, unless blocks drop or meet.
                 share = min(share, SHORTER)
             if time <= step.least or (share == 1 and not jams):
@@ -449,13 +449,13 @@ class _Path:
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
         # If a hinge moves along a joint, the contact point next to it carried the force before.
         new = np.concatenate([step.before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
-        across = new & (gaps > closed) & (forces * units * gaps > HARDLY * work)
+        across = new & (gaps > closed) & (forces * units * gaps > SLIGHT * work)
         if not across.any():
             return 1.0
         going = moved.velocities(step.twist * time)
         rates = np.concatenate([-(problem.A.T @ going)[::3], problem.ties.elongation(going)]) / units
-        share = (1 - HARDLY) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
-        return share if share < 1 - HARDLY else SHORTER
+        share = (1 - SLIGHT) * float((gaps[across] / np.maximum(rates[across], 1e-300)).min())
+        return share if share < 1 - SLIGHT else SHORTER
 
     def _step(
         self, moved: MovedProblem, before: Array, motions: Sequence[Array], time: float | None, height: float
@@ -527,9 +527,9 @@ class _Path:
             return 1.0
         alpha, way = found.load_factor, self._way(found)
         left = alpha * self._way(last) / (last.load_factor - alpha)
-        if not COMPLIANCE * self._length < left < (1 - HARDLY) * way:
+        if not COMPLIANCE * self._length < left < (1 - SLIGHT) * way:
             return 1.0
-        return left / way * (1 - SHORTER if alpha > HARDLY * abs(curve[0][1]) else 1.0)
+        return left / way * (1 - SHORTER if alpha > SLIGHT * abs(curve[0][1]) else 1.0)
 
     def _until_broken(self, found: MotionState) -> float:
         """Return the share of the way of a state up to the first tie that breaks; one if no tie breaks.
