@@ -41,6 +41,8 @@ SHORTEST = 1 / 4096
 SHORTER = 0.25
 #: Load factor, relative to collapse, above which something immovable stops the push.
 JAMS = 100.0
+#: Speed, relative to the fastest block, above which a moving block is named.
+MOSTLY = 0.5
 #: Largest number of states, and of falls in a row, relative to the requested number of steps.
 PATIENCE = 5
 #: Requested number of steps that this limit assumes if fewer are requested.
@@ -654,7 +656,7 @@ def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcom
     """An end, and the blocks that move most in a motion, twists (B, 6)."""
     speed = np.linalg.norm(twist[:, :3], axis=1) * ~problem.structure.fixed
     fastest = np.argsort(-speed, kind="stable")
-    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > ZERO * speed.max()]]
+    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > MOSTLY * speed.max()]]
     along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
 

@@ -128,7 +128,7 @@ class CurveOutcome:
         At which it would begin, if it does not begin.
     states : int
     blocks : tuple of str
-        Those that the end is about: that move, the fastest first, or touch.
+        Those that the end is about: that move most, the fastest first, or touch.
     direction : tuple of float
         In which the first one moves.
     stands : bool
