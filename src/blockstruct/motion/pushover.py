@@ -322,26 +322,28 @@ class _Path:
     def _solved(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
         """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
 
-        Blocks fall until they rest. Blocks also fall if no step is found. A fall from a state that is hardly unstable
-        begins slowly: its height grows until blocks fall.
+        Blocks fall until they rest. Blocks also fall if no step is found, or if they leap in it. A fall from a state
+        that is hardly unstable begins slowly: its height grows until blocks fall.
         """
         height = self._height(memory)
         if memory.falls:
             if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
                 return fallen
             height *= GROWTH**2
-        pushed = self._pushed(placement, twist, way, memory)
-        while pushed is None and height < self._highest:
+        pushed, leaps = self._pushed(placement, twist, way, memory)
+        while (pushed is None or leaps) and height < self._highest:
             if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
                 return fallen
             height *= GROWTH**2
         return pushed
 
-    def _pushed(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> MotionState | None:
-        """Return the state at a placement and its step of a way, which may be shorter.
+    def _pushed(
+        self, placement: Placement, twist: Array, way: float, memory: MotionState
+    ) -> tuple[MotionState | None, bool]:
+        """Return the state at a placement and its step of a way, which may be shorter, and whether blocks leap.
 
-        A step ends just before a gap closes across which a force would work. The shortest step does not, but no step is
-        found if blocks leap in it.
+        A step ends just before a gap closes across which a force would work. The shortest step does not: blocks may
+        leap in it.
         """
         step = self._planned(placement, twist, way, memory)
         while (solution := self._within_reach(step)) is not None:
@@ -353,13 +355,12 @@ class _Path:
                 # A shorter step misses less work, unless blocks drop or meet.
                 share = min(share, SHORTER)
             if time <= step.least or (share == 1 and not jams):
-                leaps = time <= step.least and self._way(found) > SHORTER * step.way
-                return None if jams or leaps else found
+                return None if jams else found, time <= step.least and self._way(found) > SHORTER * step.way
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 step.least, step.far = 0.0, share * step.far
             step.time, step.guess = max(min(share, SHORTER if jams else 1.0) * time, step.least), motion
-        return None
+        return None, False
 
     def _planned(self, placement: Placement, twist: Array, way: float, memory: MotionState) -> _Planned:
         time, moved = self._time(placement, twist, way), self._course.at(placement, self._reach(way))
