@@ -16,6 +16,9 @@ from blockstruct.views.selection import chosen_iteration, given_result, moving_b
 from blockstruct.views.solids import Solids, driving, push
 from blockstruct.views.style import AMPLITUDE, ARROW, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
 
+#: Half the width of a letter of the text of a push, relative to the extent of the structure.
+_LETTER = 0.014
+
 
 def mechanism(
     result: bs.CaseResult,
@@ -150,13 +153,17 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
+    # The text is wider than the arrow: next to the structure it ends where the arrow does.
+    across, upward = _LETTER * len(text) * size * canvas.view.basis[0], 0.05 * size * canvas.view.basis[1]
+    centre_of_text = beyond
     if abs(right) >= abs(up):
-        # The text is wider than the arrow: next to the structure it ends where the arrow does.
         beside = canvas.view.flat
         beyond = (tip if beside else (tail + tip) / 2) + 0.03 * size * canvas.view.basis[1]
         align["ha"] = ("right" if right > 0 else "left") if beside else "center"
+        centre_of_text = beyond - np.sign(right) * across if beside else beyond
     canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
-    return np.array([tail, tip, beyond])
+    away = upward if align["va"] == "bottom" else -upward
+    return np.array([tail, tip, centre_of_text - across, centre_of_text + across, centre_of_text + away])
 
 
 def _answer(result: bs.CaseResult, iteration: int) -> str:
