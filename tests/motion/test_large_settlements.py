@@ -87,10 +87,7 @@ def test_an_arch_on_spreading_abutments_falls(spread):
     ],
 )
 def test_the_fall_of_an_arch_depends_little_on_steps(steps, error):
-    """The arch turns hardly unstable, and blocks fall slowly at first: 120 steps gave a curve without a fall.
-
-    With 40 steps, a step goes further than asked, however short: the search for the fall had no end.
-    """
+    """The arch turns hardly unstable, and blocks fall slowly at first: 120 steps gave a curve without a fall."""
     stone = bs.Material("limestone", "25 kN/m^3")
     blocks = bs.arch(span=Q_(3.4, "m"), thickness=Q_(0.6, "m"), depth=Q_(1, "m"), voussoirs=13, material=stone)
     result = settle(model_of(blocks, bs.JointMaterial("dry", 0.6)), "-z", "2.5 m", steps=steps)

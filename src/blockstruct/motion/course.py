@@ -131,8 +131,10 @@ class Course:
             speed=problem.fastest(u),
         )
         dissipation, kinetic = dissipated(problem, x, T, u), float(u @ inertia)
-        # A settlement may have no reaction. Its load factor of one is the dead load.
-        first = 1.0 if self.problem.at_rest.settlement else self.curve[0][1] if self.curve else alpha
+        first = self.curve[0][1] if self.curve else alpha
+        if self.problem.at_rest.settlement is not None:
+            # The supports may have no reaction. A load factor of one is the dead load.
+            first = 1.0
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
         within = max(c.equilibrium_residual, c.yield_excess, c.interpenetration) <= CERTIFIED

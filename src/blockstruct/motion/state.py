@@ -55,7 +55,7 @@ class MotionState:
     inertia : float
         Share of the work of inertia in that work.
     falls : bool
-        Whether this share is so large that blocks fall, while the control point all but waits.
+        Whether this share is so large that blocks fall, while the control point hardly moves.
     tie_elongation : (N,) array
         Of each tie, m, beyond its length in the model.
     largest_crushed_depth : float
