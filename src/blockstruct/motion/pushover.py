@@ -17,7 +17,7 @@ from blockstruct.arrays import SLIGHT, Array, Flags
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
-from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import CERTIFIED, RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
@@ -47,8 +47,6 @@ MOSTLY = 0.5
 PATIENCE = 5
 #: Requested number of steps that this limit assumes if fewer are requested.
 FEW = 20
-#: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
-ABOVE = 0.015
 
 
 States = Generator[MotionState, None, CurveOutcome]
@@ -102,7 +100,7 @@ def follow(
         first = path.begun(mechanism)
         own = first if sharp is problem else kind(sharp, collapse, settings).begun(mechanism)
         on_path, alpha = settings.procedure == Procedure.LOADING_PATH, collapse.load_factor
-        if own is not None and on_path and own.load_factor - alpha > max(ABOVE * abs(alpha), ZERO * path.scale):
+        if own is not None and on_path and own.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
             return _begins_above(problem, own)
         if first is None:
             return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
