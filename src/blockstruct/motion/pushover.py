@@ -10,14 +10,15 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Self
 
+import attrs
 import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import SLIGHT, Array, Flags
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.model import STANDARD_GRAVITY, SettlementCase
-from blockstruct.motion.course import CERTIFIED, RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.model import STANDARD_GRAVITY, Pushover, SettlementCase
+from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
@@ -43,10 +44,11 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Speed, relative to the fastest block, above which a moving block is named.
 MOSTLY = 0.5
-#: Largest number of states, and of falls in a row, relative to the requested number of steps.
+#: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the default number
+#: if fewer are requested.
 PATIENCE = 5
-#: Requested number of steps that this limit assumes if fewer are requested.
-FEW = 20
+#: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
+ABOVE = 0.015
 
 
 States = Generator[MotionState, None, CurveOutcome]
@@ -100,7 +102,7 @@ def follow(
         first = path.begun(mechanism)
         own = first if sharp is problem else kind(sharp, collapse, settings).begun(mechanism)
         on_path, alpha = settings.procedure == Procedure.LOADING_PATH, collapse.load_factor
-        if own is not None and on_path and own.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
+        if own is not None and on_path and own.load_factor - alpha > max(ABOVE * abs(alpha), ZERO * path.scale):
             return _begins_above(problem, own)
         if first is None:
             return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
@@ -249,7 +251,8 @@ class _Path:
         if self._fallen > self._length:
             return CurveEnd.FALLS
         states = max(len(self._course.curve), self._falls)
-        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, FEW) else None
+        usual = attrs.fields(Pushover).steps.default
+        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, usual) else None
 
     def _reached(self) -> CurveEnd | None:
         return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None

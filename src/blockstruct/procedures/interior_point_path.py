@@ -15,9 +15,6 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.path import ATTEMPTS, TOLERANCE, Path
 from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, ContactState
 
-#: Tolerance of the state under dead load. An interior point leaves forces on unloaded contacts, and these hold
-#: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
-OF_DEAD_LOAD = 1e-7
 #: Most factorisations of all steps. Measured: with more, a wall with ties ends 9 % lower than by splitting.
 MAX_OF_PATH = 600
 #: Share of friction that does not lag.
@@ -42,7 +39,10 @@ class InteriorPointPath(Path):
         self._spent, self._lags = 0, False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
-        found = self.contact.solve(self._rest(), self.contact.start(), centre=True, tolerance=OF_DEAD_LOAD)
+        # An interior point leaves forces on unloaded contacts, and these hold structures together. Measured on two
+        # adjacent leaves: a tolerance of 1e-3 ends 0.8 % high, 1e-6 0.04 %.
+        tolerance = self._settings.numerics.solver_tolerance
+        found = self.contact.solve(self._rest(), self.contact.start(), centre=True, tolerance=tolerance)
         if not found.within(SLIGHT):
             return None
         self._spent = found.iterations
