@@ -14,16 +14,17 @@ import attrs
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import SLIGHT, Array, Flags
+from blockstruct.arrays import SLIGHT, Array, Flags, Index
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, Pushover, SettlementCase
-from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import CERTIFIED, RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
+from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
 from blockstruct.statics import Placement
-from blockstruct.vocabulary import CurveEnd, Procedure
+from blockstruct.vocabulary import CurveEnd
 
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
@@ -47,8 +48,6 @@ MOSTLY = 0.5
 #: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the default number
 #: if fewer are requested.
 PATIENCE = 5
-#: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
-ABOVE = 0.015
 
 
 States = Generator[MotionState, None, CurveOutcome]
@@ -98,14 +97,14 @@ def follow(
     for known in before:
         path.take(known)
     if not before:
-        sharp = problem.sharp
         first = path.begun(mechanism)
-        own = first if sharp is problem else kind(sharp, collapse, settings).begun(mechanism)
-        on_path, alpha = settings.procedure == Procedure.LOADING_PATH, collapse.load_factor
-        if own is not None and on_path and own.load_factor - alpha > max(ABOVE * abs(alpha), ZERO * path.scale):
-            return _begins_above(problem, own)
         if first is None:
             return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
+        alpha = collapse.load_factor
+        if first.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
+            beyond = _beyond_interfaces(problem, first)
+            if beyond:
+                return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, beyond)
         yield path.take(first)
     while (end := path.end()) is None:
         following = path.advance()
@@ -663,11 +662,20 @@ def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcom
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
 
 
-def _begins_above(problem: MovingProblem, first: MotionState) -> CurveOutcome:
-    """No curve where blocks touch beyond the interfaces of the model, and carry more with that."""
+def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str, ...]:
+    """Names of blocks that press on each other beyond the interfaces of the model, as ``one|other``."""
     points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
-    joints = set(map(tuple, np.sort(np.column_stack([points.minus, points.plus])).tolist()))
-    pressed = np.sort(np.column_stack([first.minus_of_contact, first.plus_of_contact])).tolist()
-    without = sorted({(i, j) for i, j in map(tuple, pressed)} - joints)
-    blocks = tuple(f"{names[i]}|{names[j]}" for i, j in without)
-    return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, blocks)
+    axes, (_, some) = points.frame[:, 1:], np.unique(points.interface, return_index=True)
+    own = np.einsum("kij,kj->ki", axes[points.interface], points.position)
+    low, high = (reduce.reduceat(own, some) for reduce in (np.minimum, np.maximum))
+
+    def outside(row: Index, at: Index) -> Array:
+        place = np.einsum("kij,kj->ki", axes[at], first.point_of_contact[row])
+        return np.asarray(np.maximum(low[at] - place, place - high[at]).max(axis=1))
+
+    ends = first.minus_of_contact, first.plus_of_contact
+    row, _, distance = nearest(ends, (points.minus[some], points.plus[some]), outside)
+    beyond = np.ones(len(ends[0]), dtype=bool)
+    beyond[row[distance <= SAME * problem.statics.length]] = False
+    pairs = np.unique(np.sort(np.column_stack(ends)[beyond]), axis=0)
+    return tuple(f"{names[i]}|{names[j]}" for i, j in pairs.tolist())
