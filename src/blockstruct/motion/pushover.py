@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Self
 
-import attrs
 import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import SLIGHT, Array, Flags, Index
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.model import STANDARD_GRAVITY, Pushover, SettlementCase
+from blockstruct.model import STANDARD_GRAVITY, SettlementCase
+from blockstruct.model.cases import STEPS
 from blockstruct.motion.course import CERTIFIED, RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
@@ -45,7 +45,7 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Speed, relative to the fastest block, above which a moving block is named.
 MOSTLY = 0.5
-#: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the default number
+#: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the usual number
 #: if fewer are requested.
 PATIENCE = 5
 
@@ -250,8 +250,7 @@ class _Path:
         if self._fallen > self._length:
             return CurveEnd.FALLS
         states = max(len(self._course.curve), self._falls)
-        usual = attrs.fields(Pushover).steps.default
-        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, usual) else None
+        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, STEPS) else None
 
     def _reached(self) -> CurveEnd | None:
         return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
