@@ -26,6 +26,9 @@ from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
 from blockstruct.statics import Placement
 from blockstruct.vocabulary import CurveEnd
 
+#: Inertia in each step: acceleration relative to gravity, which is about its share in the load factor. It selects one of
+#: several motions.
+TRACE = 1e-7
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
@@ -155,9 +158,6 @@ class _Path:
 
     #: Work of the variable load while the structure takes the dead load; None if this load is zero until then.
     held: float | None = None
-    #: Attempts at a step: share of its length, and acceleration relative to gravity. It is about the share of inertia
-    #: in the load factor.
-    attempts: tuple[tuple[float, float], ...] = ((1.0, 1e-7), (1.0, 1e-3), (0.25, 1e-2), (1 / 16, 1e-1))
 
     def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
         self._problem, self._steps = problem, problem.case.steps
@@ -206,9 +206,7 @@ class _Path:
         rest, nowhere, none = Placement.of(self._problem.statics.model), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
-        solved, inertia_time = self._step(
-            moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / self.attempts[0][1]
-        )
+        solved, inertia_time = self._step(moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / TRACE)
         if solved is None:
             return None
         settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time)
@@ -419,13 +417,17 @@ class _Path:
         return None
 
     def _attempted(self, step: _Planned) -> tuple[StepSolution | None, float, float]:
-        """Return the first solution of the attempts at a step, its time and its time of inertia."""
-        for share, inertia in self.attempts:
-            time = share * step.time
+        """Return a solution of a step, its time and its time of inertia.
+
+        Until one is found, the step becomes shorter and has ten times the inertia, which does little even at last.
+        """
+        time, inertia = step.time, TRACE
+        while inertia <= SLIGHT:
             motions = [time * step.twist, time * step.guess]
             solved, inertia_time = self._step(step.moved, step.before, motions, time, step.far / inertia)
             if solved is not None:
                 return solved, time, inertia_time
+            time, inertia = SHORTER * time, 10 * inertia
         return None, np.nan, np.nan
 
     def _completed(self, moved: MovedProblem, solved: StepSolution, inertia_time: float) -> MotionState:
@@ -568,8 +570,6 @@ class _SettlementPath(_Path):
 
     # Supports stay until the structure has taken the dead load.
     held = 0.0
-    # A settlement ends where blocks fall, which more inertia would hide.
-    attempts = ((1.0, 1e-7), (1.0, 1e-5), (0.25, 1e-4), (1 / 16, 1e-3))
 
     def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
         super().__init__(problem, collapse, settings)
