@@ -180,8 +180,8 @@ class UniformTorsion:
             outer = np.einsum("ka,kb->kab", of_s, bent * of_e).reshape(-1, 9)
             H = summed(stiff * JJ - outer).reshape(-1, 3, 3)
             H = (H + H.transpose(0, 2, 1)) / 2
-            # The work may grow evenly in a direction, up to rounding.
-            H += (mu + eps * np.trace(H, axis1=1, axis2=2))[:, None, None] * np.eye(3)
+            # Where the work grows evenly in a direction, H has no more than rounding there.
+            H += (eps * np.trace(H, axis1=1, axis2=2))[:, None, None] * np.eye(3)
             dw = np.linalg.solve(H, summed(stiff * of_e)[:, :, None])[:, :, 0]
             de = -np.einsum("kab,kb->ka", J, dw[owner])
             ds = stiff * (e + de) - s - bent * (dot(e, de)[:, None] * s + dot(s, de)[:, None] * e) / 2
