@@ -118,32 +118,9 @@ def test_mechanism_is_normalised(result):
     assert translation.sel(axis="x").sum() > 0
 
 
-def test_an_uplifted_interface_is_open(tuff, dry):
-    blocks = bs.courses([[1], [1]], unit_length="1 m", unit_height="1 m", thickness="1 m", material=tuff)
-    model = bs.Model("stack", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
-    lift = bs.LoadPattern("lift", [bs.PointLoad("2.1", ["0.5 m", "0.5 m", "2 m"], ["0 N", "0 N", "1 kN"])])
-    result = solve(model, lift, "nonassociative")
-    assert result.load_factor == pytest.approx(12.0, rel=1e-6)
-    assert result.states.isel(iteration=-1).sel(interface="1.1|2.1") == "open"
-    assert result.states.isel(iteration=-1).sel(interface="base|1.1") == "sticking"
-
-
-def final_state(history, interface):
-    return bs.results.contact_state(history.isel(iteration=[-1])).sel(interface=interface).item()
-
-
 @pytest.fixture(scope="module")
 def sliding():
     return solve(model_of(*single_block(1.0, 0.5)), push(1, 0, 0)).history
-
-
-@pytest.mark.parametrize(("height", "state"), [(0.5, "sliding"), (2.0, "hinge")])
-@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
-def test_a_block_slides_below_its_slenderness_and_rocks_above(height, state, flow):
-    """Along a joint without dilatancy it falls at the smaller of μ and b / h."""
-    result = solve(model_of(*single_block(1.0, height)), push(1, 0, 0), flow)
-    assert result.load_factor == pytest.approx(min(0.65, 1 / height), rel=1e-3)
-    assert final_state(result.history, "ground|block") == state
 
 
 @pytest.mark.parametrize("share", [0.0, 0.005, 0.02, 0.1])
@@ -151,7 +128,7 @@ def test_a_joint_that_bears_and_slides_is_closed(sliding, share):
     """A solver lifts a block within its tolerance; the weight that the joint carries shows that it does not rise."""
     lifted = sliding.copy(deep=True)
     lifted["relative_velocity"].loc[{"component": "n"}] += share * np.abs(lifted["relative_velocity"]).max()
-    assert final_state(lifted, "ground|block") == "sliding"
+    assert bs.results.contact_state(lifted.isel(iteration=[-1])).item() == "sliding"
 
 
 NAME = "push nonassociative"
@@ -223,11 +200,6 @@ def test_forces_and_resultants_of_an_interface(history, small_analysis):
     assert history.blockstruct.resultants(name)["moment"].units == bs.units.ureg.newton * bs.units.ureg.meter
 
 
-def exact(path, columns):
-    """Numbers of a file to their last digit, which pandas before 3 rounds."""
-    return pd.read_csv(path, dtype=str)[columns].astype(float)
-
-
 @pytest.mark.parametrize("variable", [None, "contact_force", "state", "moment"])
 def test_exports(history, tmp_path, variable):
     path = history.blockstruct.export(tmp_path / "h.csv", variable)
@@ -235,7 +207,9 @@ def test_exports(history, tmp_path, variable):
     found = pd.read_csv(path, index_col=list(range(frame.index.nlevels)))
     assert found.shape == frame.shape
     numbers = found.select_dtypes("number").columns
-    np.testing.assert_allclose(exact(path, numbers), frame[numbers].astype(float), rtol=1e-14)
+    # As texts: pandas before 3 rounds the last digit.
+    exact = pd.read_csv(path, dtype=str)[numbers].astype(float)
+    np.testing.assert_allclose(exact, frame[numbers].astype(float), rtol=1e-14)
 
 
 def test_export_to_netcdf(history, tmp_path):
@@ -297,18 +271,12 @@ def test_what_is_not_reproduced_is_told(small_analysis):
 
 
 def test_no_name_in_a_csv_file_is_a_formula(tmp_path):
-    """Spreadsheets run a text that begins with = + - or @; numbers stay numbers, negative ones too."""
+    """Spreadsheets run a text that begins with = + - or @."""
     blocks, joint = single_block(0.5, 1.0)
     renamed = [bs.Block(f"{sign}{b.name}", b.shape, b.material, b.fixed) for sign, b in zip("=@", blocks, strict=True)]
     history = solve(model_of(renamed, joint), push(1, 0, 0)).history
     path = history.blockstruct.export(tmp_path / "h.csv", "contact_force")
-    frame = history.blockstruct.frame("contact_force").reset_index()
-    numbers = frame.select_dtypes("number").columns
-    np.testing.assert_array_equal(exact(path, numbers), frame[numbers])
     assert set(pd.read_csv(path)["interface_of_contact_point"]) == {"'=ground|@block"}
-
-
-def test_formulas_of_every_kind_are_texts():
     texts = ["=1+1", "-2", "-x", "+1e-3", "@SUM(A1)", "\tx", "x=1", None]
     frame = pd.DataFrame({"=a": texts, "n": [-1.5] * 8}, index=[f"-{k}+" for k in range(8)])
     back = pd.read_csv(io.StringIO(csv_text(frame)), index_col=0)
