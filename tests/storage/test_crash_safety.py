@@ -20,6 +20,7 @@ from blockstruct.statics import Statics
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, wall
 from processes import FRESH
+from refusals import refused
 from structures import SELF_WEIGHT, bonded, model_of, push, settings_of, stopping
 
 
@@ -245,10 +246,10 @@ def test_journals_of_another_run_are_not_taken_over(tmp_path, whole):
 
 def test_the_second_writer_is_refused(tmp_path, whole):
     path = tmp_path / "wall.h5"
-    refused = []
+    met = []
 
     def meet(event):
-        if isinstance(event, CaseFinished) and not refused:
+        if isinstance(event, CaseFinished) and not met:
             for write in (
                 lambda: bs.AnalysisManager(wall(), path).run(cases()),
                 lambda: bs.save_analysis(whole, path),
@@ -257,10 +258,10 @@ def test_the_second_writer_is_refused(tmp_path, whole):
             ):
                 with refused(bs.errors.StorageError, f"is being written by process {os.getpid()} on since"):
                     write()
-                refused.append(write)
+                met.append(write)
 
     bs.AnalysisManager(wall(), path, listeners=[meet]).run(cases())
-    assert len(refused) == 4
+    assert len(met) == 4
     bs.save_analysis(whole, path)
     assert [p.name for p in tmp_path.iterdir()] == ["wall.h5"]
 
