@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from blockstruct.geometry.polyhedron import box, polyhedron
 from blockstruct.geometry.triangles import stretches_inside
@@ -16,15 +17,11 @@ MODEL, UNKNOWN = bs.errors.ModelError, bs.errors.UnknownNameError
 
 
 @pytest.fixture(scope="module")
-def pair(tuff, dry):
+def pair(dry):
     """Two blocks on one support, and another support."""
-    blocks = [
-        bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), tuff, fixed=True),
-        bs.Block.box("left", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff),
-        bs.Block.box("right", Q_([2, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff),
-        bs.Block.box("rock", Q_([0, 2, -1], "m"), Q_([3, 1, 1], "m"), tuff, fixed=True),
-    ]
-    return model_of(blocks, dry, "pair")
+    supports = [structures.box(name, [0, y, -1], [3, 1, 1], fixed=True) for name, y in (("ground", 0), ("rock", 2))]
+    free = [structures.box(name, [x, 0, 0]) for name, x in (("left", 0), ("right", 2))]
+    return model_of([supports[0], *free, supports[1]], dry, "pair")
 
 
 def tie(start, end, **quantities):
