@@ -50,11 +50,8 @@ def test_a_jump_has_its_load_factors_and_its_displacement(d, share):
     load_factor = 0.3 * (1 - d) + 0.3 * share * (d > 0.4)
     (jump,) = parts(d, load_factor)
     k = int((d > 0.4).argmax())
-    assert (jump.doubt, jump.displacement, jump.load_factor) == (
-        "leaps",
-        (*d[k - 1 : k + 1],),
-        (*load_factor[k - 1 : k + 1],),
-    )
+    ends = slice(k - 1, k + 1)
+    assert (jump.doubt, jump.displacement, jump.load_factor) == ("leaps", (*d[ends],), (*load_factor[ends],))
     assert parts(d, 0.3 * (1 - d) + 0.3 * share * (d > 0))[-1].displacement == (0, d[1])
     # Rounding may put a state on its way.
     between = 0.3 * (1 - EVEN) + 0.3 * share * ((EVEN > 0.38) + 1.0 * (EVEN > 0.42)) / 2
