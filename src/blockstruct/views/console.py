@@ -373,6 +373,7 @@ def _record(result: bs.CaseResult) -> dict[str, Any] | None:
         "peak_displacement": float(last["peak_displacement"].max()),
         "time_step": float(last["time_step"]),
         "fallen": bs.results.fallen_blocks(result.model, result.response),
+        "broken_ties": result.broken_ties.reset_index().to_dict("records") if result.model.ties else [],
     }
 
 
