@@ -18,8 +18,8 @@ from blockstruct.motion.moving_problem import check_in_motion
 from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
 from blockstruct.vocabulary import Reason
 
-#: Steps in the time √(r / g) of the smallest block, with r its radius of gyration. Contacts are found up to the gap that
-#: the fastest block closes in as many steps.
+#: Steps in the time √(r / g) of the smallest block, with r its radius of gyration. Contacts are found as far away as
+#: the fastest block goes in as many steps.
 RESOLUTION = 48
 #: Most states of a record, and the shortest time between two, s.
 STATES, SHORTEST = 200, 0.01
