@@ -18,7 +18,7 @@ from blockstruct.analysis import IterationDone, StateDone, StepDone
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, check_survivors, killed, recover, resume, run, wall
 from properties import slow_after
-from structures import SELF_WEIGHT, model_of, push, single_block, stopping
+from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, single_block, stopping
 from trials import outcome
 
 #: Seconds in which what a kill has left is gone on with.
@@ -86,10 +86,10 @@ def pushover():
 
 
 def record():
-    """A block that rocks under a pulse."""
-    pulse = Q_(np.repeat([0.45, 0.0], [4, 8]), "g_0")
+    """A block that breaks its bar and rocks under a pulse."""
+    pulse = Q_(np.repeat([-0.8, 0.0], [4, 8]), "g_0")
     case = bs.RecordCase("shaken", SELF_WEIGHT, pulse, "0.05 s", "+x", interval="25 ms")
-    return model_of(*single_block(0.4, 1.2, mu=0.7)), case
+    return block_on_a_bar("10 mm"), case
 
 
 def moved(path, report, motion):

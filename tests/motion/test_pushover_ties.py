@@ -11,7 +11,7 @@ from blockstruct import Q_
 from blockstruct.results import doubtful_parts
 from blockstruct.views.words import pushover_words as told
 from properties import slow_after
-from structures import block_on_a_bar, moved, rotation
+from structures import SELF_WEIGHT, block_on_a_bar, moved, rotation
 
 BOND = {"diameter": "10 mm", "bond_strength": "0.2 MPa", "strength": "235 MPa"}
 ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
@@ -84,8 +84,11 @@ def test_many_ties_are_counted():
     ],
 )
 def test_ties_that_are_refused_have_a_way_out(tie, instead):
+    model = block_on_a_bar().with_ties([tie])
     with pytest.raises(bs.errors.ModelError, match=instead):
-        run(block_on_a_bar().with_ties([tie]), "block")
+        run(model, "block")
+    with pytest.raises(bs.errors.ModelError, match=instead):
+        bs.run(model, bs.RecordCase("record", SELF_WEIGHT, Q_([0.1, 0.1], "g_0"), "1 s", "+x"))
 
 
 @pytest.mark.parametrize("steps", slow_after(10, 40, 60))

@@ -93,12 +93,8 @@ def test_how_a_curve_ended_is_kept_when_a_later_case_is_killed(tmp_path):
     assert read.curve_outcome.text == whole.curve_outcome.text
 
 
-def slender():
-    return model_of(*single_block(0.4, 1.2, mu=0.7))
-
-
 def shaken():
-    pulse = np.repeat([0.45, 0.0], [4, 8])
+    pulse = np.repeat([-0.8, 0.0], [4, 8])
     return [
         bs.RecordCase("along", SELF_WEIGHT, Q_(pulse, "g_0"), "0.05 s", "+x", interval="25 ms"),
         bs.RecordCase(
@@ -110,7 +106,7 @@ def shaken():
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
     path = tmp_path_factory.mktemp("response") / "run.h5"
-    return bs.run(slender(), shaken(), path, progress=False), path
+    return bs.run(block_on_a_bar("10 mm"), shaken(), path, progress=False), path
 
 
 def test_a_response_is_opened_as_it_was(stored):
@@ -118,19 +114,21 @@ def test_a_response_is_opened_as_it_was(stored):
     bs.check_file(path)
     for name, result in bs.open_analysis(path).items():
         assert result.response.identical(analysis[name].response)
+        assert result.broken_ties.index.tolist() == ["bar"] * (name == "along")
         assert result.case == analysis[name].case
         assert result.status is analysis[name].status
         assert all("units" in v.attrs for n, v in result.response.data_vars.items() if not n.endswith("us_of_contact"))
 
 
-def test_an_interrupted_response_is_continued(stored, tmp_path):
-    analysis, _ = stored
-    path = tmp_path / "interrupted.h5"
-    part = bs.run(slender(), shaken()[:1], path, listeners=[stopping(StateDone, at=5)])["along"]
+@pytest.mark.parametrize("ties", [1, 0])
+def test_an_interrupted_response_is_continued(ties, tmp_path):
+    model, path = block_on_a_bar("10 mm"), tmp_path / "interrupted.h5"
+    model = model.with_ties(model.ties[:ties])
+    part = bs.run(model, shaken()[:1], path, listeners=[stopping(StateDone, at=8)])["along"]
     assert part.status is bs.Status.INTERRUPTED
-    assert part.response.sizes["time"] == 6
+    assert part.response.sizes["time"] == 9
     done = bs.AnalysisManager.resume(path)["along"]
-    assert done.response.identical(analysis["along"].response)
+    assert done.response.identical(bs.run(model, shaken()[:1], progress=False)["along"].response)
 
 
 def test_a_response_is_drawn_and_exported(stored, tmp_path):
@@ -147,7 +145,8 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     line = response(result).lines[-1]
     assert np.abs(line.get_ydata()).max() == pytest.approx(1e3 * np.abs(result.response.displacement).max())
     target = write_paraview(result, tmp_path / "along.pvd")
-    assert target.read_text().count("<DataSet") == result.response.sizes["time"]
+    # Blocks and ties of each state.
+    assert target.read_text().count("<DataSet") == 2 * result.response.sizes["time"]
     assert write_report(analysis, tmp_path / "report.html").exists()
 
 

@@ -194,15 +194,15 @@ def slid_from_under() -> bs.Model:
     return model_of(blocks, bs.JointMaterial("smooth", 0.3)).with_ties([tie])
 
 
-def block_on_a_bar(breaks_at: str | None = "0.1 m") -> bs.Model:
-    """A ``block`` of 0.5 m by 2 m, held at 1.5 m by a bar to a ``post`` that yields at a fifth of its weight."""
+def block_on_a_bar(breaks_at: str | None = "0.1 m", yields_at: str = "4 kN") -> bs.Model:
+    """A ``block`` of 0.5 m by 2 m, held at 1.5 m by a bar to a ``post``. The block weighs 20 kN."""
     blocks = [
         box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
         box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
         box("block", [0, 0, 0], [0.5, 1, 2]),
     ]
     ends = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
-    bar = bs.Tie("bar", *ends, yield_force="4 kN", elongation_limit=breaks_at)
+    bar = bs.Tie("bar", *ends, yield_force=yields_at, elongation_limit=breaks_at)
     return model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar])
 
 

@@ -37,14 +37,18 @@ class RecordState:
     kinetic_energy : float
         J.
     dead_work, record_work, dissipated_energy : float
-        Work of the dead load, work of the ground acceleration on the masses, and energy that contacts have taken up,
-        since the beginning, J.
+        Work of the dead load, work of the ground acceleration on the masses, and energy that contacts and ties have
+        taken up, since the beginning, J.
     time_step, last_step : float
         Length of the steps of the response, and of the step to this state, which may end at an impact, s.
     steps, iterations : int
         Numbers of steps, and of linear systems, since the beginning.
     finds_contacts : bool
         Whether contacts are found anew from this state. A response continues from such a state alone.
+    tie_force : (M,) array
+        Of each tie in the step to this state, N.
+    tie_elongation, peak_tie_elongation : (M,) arrays
+        Of each tie beyond its length in the model, m, and the largest so far, also between states.
     minus_of_contact, plus_of_contact : (P,) arrays
         Indices of the two blocks at each contact point with a force.
     point_of_contact, force_of_contact : (P, 3) arrays
@@ -69,6 +73,9 @@ class RecordState:
     steps: int
     iterations: int
     finds_contacts: bool
+    tie_force: Array
+    tie_elongation: Array
+    peak_tie_elongation: Array
     minus_of_contact: Index
     plus_of_contact: Index
     point_of_contact: Array

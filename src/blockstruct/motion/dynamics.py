@@ -35,14 +35,17 @@ ACROSS = np.cross(np.eye(3)[:, None], np.eye(3)).reshape(3, 9)
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Contact points that move with the two blocks.
+    """Contact points that move with the two blocks, and then the ties.
+
+    A tie is a contact without friction whose normal points from its end to its start, and whose normal force is its
+    tension. Its gap is the elongation that is left before it pulls. Its face and its frame follow from its ends.
 
     Attributes
     ----------
     ends : (2, K) array
         Blocks: minus and plus. The normal points from minus to plus.
     arm : (2, K, 3) array, m
-        Points of the two blocks that touch, from their centres of mass, in the axes of each block.
+        Points of the two blocks that touch, or anchors, from their centres of mass, in the axes of each block.
     face : (K,) array
         Block whose face has the normal.
     frame : (K, 3, 3) array
@@ -73,12 +76,15 @@ class ContactForces:
         Blocks.
     point, force : (P, 3) arrays
         Position, m, and force on the plus block, N, in global axes.
+    tie_force : (M,) array, N
+        Of all ties.
     """
 
     minus: Index
     plus: Index
     point: Array
     force: Array
+    tie_force: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +102,17 @@ class Motion:
         Length of the step before, s; zero at first.
     force : (K, 3) array, N
         Of each contact in the step before: normal, and along the tangents.
+    elongation, peak_elongation : (M,) arrays, m
+        Of each tie from its length in the model, and the largest so far. A tie that yields keeps the largest one, and
+        a tie beyond its limit is broken.
     """
 
     placement: Placement
     momentum: Array
     last_step: float
     force: Array
+    elongation: Array
+    peak_elongation: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +130,7 @@ class Step:
     slip : float
         Largest slip of a loaded contact, m.
     dissipated_energy : float
-        Work that contacts take up, J.
+        Work that contacts and ties take up, J.
     kinetic_energy : float
         J.
     iterations : int
@@ -147,7 +158,8 @@ class Dynamics:
     The velocities V at the end of a step move the blocks in it: impacts are without bounce, and the energy of a
     motion without friction and impacts is kept in the mean (a step of Verlet's method). Normal forces
     follow from the gap at the end of the step, tangential forces from the slip in it and the force before, with
-    Coulomb's law without dilatancy. The system is solved by the Newton method of P. Alart, A. Curnier (Comput.
+    Coulomb's law without dilatancy. The force of a tie follows from its elongation in the same way, up to its capacity.
+    The system is solved by the Newton method of P. Alart, A. Curnier (Comput.
     Methods Appl. Mech. Eng. 92 (1991) 353–375).
 
     Parameters
@@ -174,9 +186,16 @@ class Dynamics:
         self._unit = GRAVITY * mass * np.hstack([np.ones_like(size), size]).repeat(3, axis=1)
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
+        self._ties = statics.ties
+        centres = self._centres(Placement.of(statics.model))
+        #: Anchors (2, M, 3) from the centres of mass, in the axes of the blocks.
+        self._anchors = (self._ties.position - centres[self._ties.ends]).transpose(1, 0, 2)
 
     def contacts(self, placement: Placement, reach: float, before: ContactForces) -> tuple[Contacts, Array]:
-        """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact."""
+        """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact.
+
+        The last of them are all ties.
+        """
         points, gap, level = self._structure.points(placement, reach)
         ends = np.stack([points.minus, points.plus])
         R = placement.rotation[ends]
@@ -191,24 +210,35 @@ class Dynamics:
         )
         sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
         np.add.at(force, at, sign[:, None] * before.force[row])
+        own, force = _turned(R.transpose(0, 1, 3, 2), arm), _turned(points.frame, force)
+        frame, friction = points.frame @ placement.rotation[face], points.friction
+        if M := len(self._ties):
+            ends = np.concatenate([ends, self._ties.ends.T], axis=1)
+            own = np.concatenate([own, self._anchors], axis=1)
+            face = np.concatenate([face, self._ties.ends[:, 0]])
+            frame = np.concatenate([frame, np.zeros((M, 3, 3))])
+            friction = np.concatenate([friction, np.zeros(M)])
+            force = np.concatenate([force, before.tie_force[:, None] * np.eye(3)[0]])
         found = Contacts(
             ends=ends,
-            arm=_turned(R.transpose(0, 1, 3, 2), arm),
+            arm=own,
             face=face,
-            frame=points.frame @ placement.rotation[face],
-            friction=points.friction,
+            frame=frame,
+            friction=friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
             system=_System(self._slot[ends], len(self._free)),
         )
-        return found, _turned(points.frame, force)
+        return found, force
 
     def forces(self, motion: Motion, contacts: Contacts) -> ContactForces:
         """Return the forces of the step before on the moved blocks."""
         R, loaded = motion.placement.rotation, motion.force[:, 0] > 0
+        first = len(loaded) - len(self._ties)
+        loaded[first:] = False
         minus, plus = contacts.ends[:, loaded]
         own = (motion.force[loaded, None] @ contacts.frame[loaded])[:, 0]
         point = self._centres(motion.placement)[plus] + _turned(R[plus], contacts.arm[1, loaded])
-        return ContactForces(minus, plus, point, _turned(R[contacts.face[loaded]], own))
+        return ContactForces(minus, plus, point, _turned(R[contacts.face[loaded]], own), motion.force[first:, 0])
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float) -> Step | None:
         """Return the state after a step; None without a solution.
@@ -224,26 +254,44 @@ class Dynamics:
         """
         free, ends, system = self._free, contacts.ends, contacts.system
         R, G, momentum = motion.placement.rotation, self._centres(motion.placement), motion.momentum[self._free]
-        M = self._mass.copy()
-        M[:, 3:, 3:] = R[free] @ self._inertia @ R[free].transpose(0, 2, 1)
+        mass = self._mass.copy()
+        mass[:, 3:, 3:] = R[free] @ self._inertia @ R[free].transpose(0, 2, 1)
         before, twist, mean, after = np.zeros((4, self._B, 6))
-        V = np.asarray(np.linalg.solve(M, momentum[:, :, None])[:, :, 0], dtype=np.float64)
+        V = np.asarray(np.linalg.solve(mass, momentum[:, :, None])[:, :, 0], dtype=np.float64)
         before[free] = V
         frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
         arm = _turned(R[ends], contacts.arm)
         point = G[ends] + arm
-        gap = (frame[:, 0] * (point[1] - point[0])).sum(axis=1)
+        apart = point[1] - point[0]
+        square = COMPLIANCE * self.time_step**2
+        compliance, ties, M = square * contacts.yields, self._ties, len(self._ties)
+        strength: Array | float = np.inf
+        if M:
+            span = np.linalg.norm(apart[-M:], axis=1)
+            # Anchors at the same point define no direction.
+            frame[-M:, 0] = -apart[-M:] / np.maximum(span, 1e-300)[:, None]
+        gap = (frame[:, 0] * apart).sum(axis=1)
+        if M:
+            # A tie that has yielded pulls with its capacity at the largest elongation.
+            peak = motion.peak_elongation
+            gap[-M:] += ties.span + np.maximum(peak - compliance[-M:, 0] * ties.capacity, 0.0)
+            capacity = np.where(peak > ties.elongation_limit, 0.0, ties.capacity)
+            strength = np.concatenate([np.full(len(gap) - M, np.inf), capacity])
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
-        h = self._until_impact(h, gap, -v[:, 0], contacts.yields[:, 0], float(np.vdot(V, momentum)))
+        # A contact that bears its strength gives way without an impact.
+        nearing = -v[:, 0] * (motion.force[:, 0] < strength)
+        h = self._until_impact(h, gap, nearing, contacts.yields[:, 0], float(np.vdot(V, momentum)))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
         spin = (before[:, 3:] @ ACROSS).reshape(-1, 3, 3)
         bend = _turned((spin @ spin)[ends], arm)
         way = h**2 / 2 * _turned(frame, bend[1] - bend[0])
         way[:, 0] += gap
-        square = COMPLIANCE * self.time_step**2
-        compliance = square * contacts.yields
+        if M:
+            # Ends that move across a tie lengthen it, too.
+            speed = before[ends[:, -M:], :3] - _turned(spin[ends[:, -M:]], arm[:, -M:])
+            way[-M:, 0] += span - h * v[-M:, 0] - np.linalg.norm(apart[-M:] + h * (speed[1] - speed[0]), axis=1)
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
         resting[:, 1:] += motion.force[:, 1:]
@@ -251,7 +299,7 @@ class Dynamics:
         damping = time / compliance
         acting = loads(h)
         push = momentum / k + acting[free]
-        equations = _Equations(system, parts, M / k, push, self._unit, resting, damping, contacts.friction)
+        equations = _Equations(system, parts, mass / k, push, self._unit, resting, damping, contacts.friction, strength)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
         share = np.minimum(square / (k * time), 0.5)
         guess = motion.force + share * (resting - damping * v - motion.force)
@@ -259,11 +307,15 @@ class Dynamics:
         if found is None:
             return None
         V, x = found.V, found.x
-        twist[free], after[free] = V, _turned(M, V)
+        twist[free], after[free] = V, _turned(mass, V)
         slipping = (x[:, 0] > 0) * np.einsum("kt,kt->k", found.v[:, 1:], found.v[:, 1:])
         mean = (twist + before) / 2
+        placement, longer = self._moved(motion.placement, twist, h), motion.elongation
+        if M:
+            longer = self._structure.ties(placement).span - ties.span
+        peak = np.maximum(motion.peak_elongation, longer)
         return Step(
-            motion=Motion(self._moved(motion.placement, twist, h), after, h, x),
+            motion=Motion(placement, after, h, x, longer, peak),
             impulse_time=k,
             twist=twist,
             mean=mean,
@@ -408,6 +460,8 @@ class _Equations:
     resting, damping : (K, 3) and (K, 1) arrays, N and N·s/m
         Forces of contacts without limits are ``resting − damping v`` at relative velocities v.
     friction : (K,) array
+    strength : (K,) array or float, N
+        Largest normal forces.
     """
 
     system: _System
@@ -418,6 +472,7 @@ class _Equations:
     resting: Array
     damping: Array
     friction: Array
+    strength: Array | float
 
     def solved(self, V: Array, v: Array, guess: Array) -> "_Trial | None":
         """Return the solution; None if it is not found.
@@ -429,7 +484,7 @@ class _Equations:
         guess : (K, 3) array, N
             Forces without limits, by which contacts are open, stick or slide at first.
         """
-        x, slope = limited(guess, self.friction * np.maximum(guess[:, 0], 0.0), self.friction)
+        x, slope = limited(guess, self.friction, self.strength)
         x = x + _turned(slope, self.resting - self.damping * v - guess)
         trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
         try:
@@ -470,10 +525,7 @@ class _Equations:
     def _at(self, V: Array, v: Array, iterations: int, limit: Array | None = None) -> "_Trial":
         """Return the trial at given velocities, with the given limits of friction (K,) if they wait."""
         free = self.resting - self.damping * v
-        if limit is None:
-            x, slope = limited(free, self.friction * np.maximum(free[:, 0], 0.0), self.friction)
-        else:
-            x, slope = limited(free, limit, np.zeros(len(v)))
+        x, slope = limited(free, self.friction, self.strength, limit)
         missed = self._missed(V, x)
         return _Trial(V, v, x, slope, missed, float(np.abs(missed / self.unit).max()), iterations)
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
-import attrs
 import numpy as np
 import scipy.sparse as sp
 
@@ -244,13 +243,6 @@ class MovingProblem:
             parts.append(np.array([[1 / (STANDARD_GRAVITY * self.at_rest.settlement.force)]]))
         return sp.csr_array(sp.block_diag([sp.coo_array(part) for part in parts]))
 
-    @property
-    def sharp(self) -> Self:
-        """The same problem with the sharp corners of the model."""
-        if not isinstance(self.case, Pushover) or not self.case.corner_rounding:
-            return self
-        return type(self)(self.statics, self.at_rest, attrs.evolve(self.case, corner_rounding=0.0))
-
     def lengths(self, placement: Placement) -> Array:
         """Return the lengths (N,) of the ties of the model, m."""
         return self.structure.ties(placement).span
@@ -323,16 +315,14 @@ _PARTS = (
     "which is lost where blocks part, in a way that this method does not know: give a joint material without it, and "
     "run a LimitCase for the load factor with it"
 )
-_LIFTS = (
-    "by which sliding lifts blocks, and nothing says how far: give a joint material without it, which lowers the curve"
-)
-#: Joint properties that large displacements refuse: neutral value, unit, and reason with the remedy.
+_LIFTS = "by which sliding lifts blocks, and nothing says how far: give a joint material without it, which resists less"
+#: Joint properties that motions refuse: neutral value, unit, and reason with the remedy.
 _UNKNOWN_PROPERTIES = {
     "cohesion": (0.0, "Pa", _PARTS),
     "tensile_strength": (0.0, "Pa", _PARTS),
     "dilatancy_angle": (0.0, "rad", _LIFTS),
 }
-#: Ties that large displacements refuse: reason with the remedy.
+#: Ties that motions refuse: reason with the remedy.
 _UNKNOWN_TIES = {
     "Tie": (
         "which changes as its ends move, in a way that this method does not know: leave it out, the tie yields at the "
@@ -357,13 +347,34 @@ def check_moving_case(model: Model, case: MovingCase) -> None:
     UnknownNameError
         If the control point is on a block that the model does not have.
     ModelError
-        If the control point is on a support or outside its block. If a joint has cohesion, tensile strength,
-        dilatancy, infinite friction or a torsion other than at corners, or a compressive strength with rounded corners.
-        If a tie is prestressed, bonded or a strip.
+        If the control point is on a support or outside its block, if rounded corners crush, or as in
+        :func:`check_in_motion`.
     """
     who = label(case)
     if isinstance(case, Pushover):
         _check_control(model, case, who)
+    check_in_motion(model, who)
+    if not isinstance(case, Pushover) or not case.corner_rounding:
+        return
+    for joint in (i.joint_material for i in model.interfaces):
+        if np.isfinite(joint.compressive_strength):
+            msg = (
+                f"{who}: joint material {joint.name!r} has a compressive_strength of {joint.compressive_strength:.6g} "
+                f"Pa, and corner_rounding is {case.corner_rounding:.6g} m; it is known only where corners are sharp: "
+                "give a corner_rounding of 0 m, or a joint material without it"
+            )
+            raise ModelError(msg)
+
+
+def check_in_motion(model: Model, who: str) -> None:
+    """Refuse models whose motion is not followed, in any case.
+
+    Raises
+    ------
+    ModelError
+        If a block is held in some motions only. If a joint has cohesion, tensile strength, dilatancy, infinite friction
+        or a torsion other than at corners. If a tie is prestressed, bonded or a strip.
+    """
     rollers = [b.name for b in model.blocks if b.is_roller]
     if rollers:
         msg = (
@@ -388,13 +399,6 @@ def check_moving_case(model: Model, case: MovingCase) -> None:
             msg = (
                 f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}, which goes "
                 "with the whole area of a joint: give one with the torsion of corners"
-            )
-            raise ModelError(msg)
-        if isinstance(case, Pushover) and case.corner_rounding and np.isfinite(joint.compressive_strength):
-            msg = (
-                f"{who}: joint material {joint.name!r} has a compressive_strength of {joint.compressive_strength:.6g} "
-                f"Pa, and corner_rounding is {case.corner_rounding:.6g} m; it is known only where corners are sharp: "
-                "give a corner_rounding of 0 m, or a joint material without it"
             )
             raise ModelError(msg)
     for tie in model.ties:

@@ -11,10 +11,12 @@ from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
+from blockstruct.model.fields import label
 from blockstruct.motion.dynamics import SPLIT, ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
+from blockstruct.motion.moving_problem import check_in_motion
 from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
-from blockstruct.vocabulary import Reason, Torsion, listed
+from blockstruct.vocabulary import Reason
 
 #: Steps in the time √(r / g) of the smallest block, with r its radius of gyration.
 RESOLUTION = 48
@@ -111,7 +113,7 @@ class _Run:
     def at_rest(self) -> RecordState:
         """Return the state at the beginning."""
         B = len(self._fixed)
-        no_block = np.empty(0, dtype=np.int64)
+        no_block, no_force = np.empty(0, dtype=np.int64), np.zeros(len(self._statics.ties))
         return RecordState(
             time=self._begin,
             displacement=np.zeros((B, 3)),
@@ -131,6 +133,9 @@ class _Run:
             steps=0,
             iterations=0,
             finds_contacts=True,
+            tie_force=no_force,
+            tie_elongation=no_force,
+            peak_tie_elongation=no_force,
             minus_of_contact=no_block,
             plus_of_contact=no_block,
             point_of_contact=np.empty((0, 3)),
@@ -154,9 +159,14 @@ class _Run:
         h, start = self._h, state.time
         placement = self._placement(state)
         contacts, force, moved, slip, reach, kept = self._contacts
-        motion = Motion(placement, self._momentum(state, placement), state.last_step, force)
+        momentum, of_ties = self._momentum(state, placement), (state.tie_elongation, state.peak_tie_elongation)
+        motion = Motion(placement, momentum, state.last_step, force, *of_ties)
         forces = ContactForces(
-            state.minus_of_contact, state.plus_of_contact, state.point_of_contact, state.force_of_contact
+            state.minus_of_contact,
+            state.plus_of_contact,
+            state.point_of_contact,
+            state.force_of_contact,
+            state.tie_force,
         )
         twist = np.column_stack([state.velocity, state.angular_velocity])
         if state.finds_contacts:
@@ -222,6 +232,9 @@ class _Run:
             steps=steps,
             iterations=iterations,
             finds_contacts=used > 0.5 or kept + 1 >= KEPT,
+            tie_force=forces.tie_force,
+            tie_elongation=motion.elongation,
+            peak_tie_elongation=motion.peak_elongation,
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
@@ -295,48 +308,21 @@ def _squares(vectors: Array) -> Array:
     return np.asarray(np.einsum("ni,ni->n", vectors, vectors))
 
 
-#: Joint properties that a response refuses: neutral value and unit.
-_REFUSED = {
-    "cohesion": (0.0, "Pa"),
-    "tensile_strength": (0.0, "Pa"),
-    "compressive_strength": (np.inf, "Pa"),
-    "dilatancy_angle": (0.0, "rad"),
-}
-
-
 def check_record(model: Model, case: RecordCase) -> None:
     """Refuse models that the response to a record does not support.
 
     Raises
     ------
     ModelError
-        If a joint has cohesion, tensile strength, a finite compressive strength, dilatancy, infinite friction or a
-        torsion other than at corners; if the model has ties, or blocks that are held in some motions only; if a free
-        block has no mass.
+        If a joint has a finite compressive strength, a free block has no mass, or as in :func:`check_in_motion`.
     """
-    who = f"record case {case.name!r}"
-    for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
-        for name, (neutral, unit) in _REFUSED.items():
-            value = getattr(joint, name)
-            if value != neutral:
-                msg = (
-                    f"{who}: joint material {joint.name!r} has a {name} of {value:.6g} {unit}, which blocks in motion "
-                    "do not keep; give a joint material without it"
-                )
-                raise ModelError(msg)
-        if np.isinf(joint.friction_coefficient):
-            msg = f"{who}: joint material {joint.name!r} never slides; give a finite friction coefficient"
+    who = label(case)
+    check_in_motion(model, who)
+    for joint in (i.joint_material for i in model.interfaces):
+        if np.isfinite(joint.compressive_strength):
+            msg = (
+                f"{who}: joint material {joint.name!r} has a compressive_strength of {joint.compressive_strength:.6g} "
+                "Pa, which is not known under impacts: give a joint material without it"
+            )
             raise ModelError(msg)
-        if joint.torsion is not Torsion.CORNERS:
-            msg = f"{who}: joint material {joint.name!r} has the torsion of {joint.torsion}; leave out its torsion"
-            raise ModelError(msg)
-    if rollers := [b.name for b in model.blocks if b.is_roller]:
-        msg = (
-            f"{who}: {listed(rollers)} held in some motions only, which is not followed; fix these blocks, or free them"
-        )
-        raise ModelError(msg)
-    if model.ties:
-        names = ", ".join(tie.name for tie in model.ties[:3])
-        msg = f"{who}: the model has ties, {names}, which are not followed in motion; give model.with_ties(())"
-        raise ModelError(msg)
     Masses.of(model, case.dead, who)

@@ -15,15 +15,13 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
 from blockstruct.procedures.closing import CLOSED, close_path
 from blockstruct.procedures.interior_point_path import InteriorPointPath
-from blockstruct.procedures.path import SETTLED, Path
+from blockstruct.procedures.path import ATTEMPTS, SETTLED, Path
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import PathEnd, Procedure
 
-#: Most attempts at a closed state.
-ATTEMPTS = 8
 #: Flow-rule gap of a settled step, relative to the load factor, above which the next step is solved with care before
 #: the path is closed, and its forces are corrected first.
-INEXACT = 3e-3
+INEXACT = SETTLED
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:

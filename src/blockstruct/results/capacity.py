@@ -13,7 +13,7 @@ from blockstruct.limit.response import Fall, RecordState
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
 from blockstruct.motion import MotionState, largest_displacement
-from blockstruct.results.ties import break_displacements
+from blockstruct.results.ties import break_points
 from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics import Placement
 from blockstruct.text import EFFECT, doubtful_part, response_sentences
@@ -87,18 +87,27 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
     lacks |= _WITHOUT_CELLS.keys() if "cell" in lacks else set[str]()
     values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if not lacks & {n, *v.dims}}
     values |= coordinates_of(model, "step", np.arange(len(arrays["load_factor"])), arrays)
+    values |= _of_ties_in(model)
     if isinstance(case, SettlementCase):
         values["reaction"] = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
     along = (arrays[name] for name in ("displacement", "load_factor", "falls"))
     values["d0"] = largest_displacement(case, *along)
     if model.ties:
-        segments = tie_segments(model.ties, model.blocks)
-        limit = np.array([segment.elongation_limit for segment in segments])
-        values["tie"] = np.array([segment.name for segment in segments], dtype=object)
-        values["tie_elongation_limit"] = limit
-        values["tie_break_displacement"] = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
+        limit = values["tie_elongation_limit"]
+        values["tie_break_displacement"] = break_points(arrays["displacement"], arrays["tie_elongation"], limit)
     curve = xr.Dataset(dressed("capacity", values), attrs={"long_name": "capacity curve"})
     return curve.set_coords([n for n in ("displacement", "step_of_contact", "tie_elongation_limit") if n in values])
+
+
+def _of_ties_in(model: Model) -> dict[str, NDArray[Any]]:
+    """Return the names and elongation limits of the ties of a model; nothing without ties."""
+    if not model.ties:
+        return {}
+    segments = tie_segments(model.ties, model.blocks)
+    return {
+        "tie": np.array([segment.name for segment in segments], dtype=object),
+        "tie_elongation_limit": np.array([segment.elongation_limit for segment in segments]),
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +119,8 @@ class DoubtfulPart:
     doubt : CurveDoubt
     displacement, load_factor : tuple of float
         Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
-        between the first state and the highest.
+        between the first state and the highest. If the curve begins too high, the first load factor is that of the
+        collapse state.
     missed : float
         Work that the step to the last of these states misses, relative to all work so far.
     procedure : str
@@ -129,10 +139,11 @@ class DoubtfulPart:
         return doubtful_part(**asdict(self))
 
 
-def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
+def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.nan) -> list[DoubtfulPart]:
     """Return the parts of a capacity curve that may depend on its steps or its control point.
 
-    They are rises, ways back, jumps, sudden rocking and missed work.
+    They are beginnings above the load factor ``collapse`` of the collapse state, rises, ways back, jumps, sudden
+    rocking and missed work.
 
     A jump, over one step or two, continues neither the curve before nor the curve after it; a kink is no jump. Jumps
     from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or slack appear in its
@@ -146,7 +157,7 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
     worst = int(missed.argmax())
     if missed[worst] > EFFECT:
         doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
-    return [
+    parts = [
         DoubtfulPart(
             doubt,
             (float(d[first]), float(d[last])),
@@ -157,6 +168,12 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
         )
         for doubt, first, last in doubts
     ]
+    if not is_reaction and alpha[0] - collapse > RISES * abs(collapse):
+        begun = DoubtfulPart(
+            CurveDoubt.BEGINS_ABOVE, (float(d[0]),) * 2, (collapse, float(alpha[0])), 0.0, procedure, has_ties=False
+        )
+        parts.insert(0, begun)
+    return parts
 
 
 def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
@@ -268,16 +285,23 @@ def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
     arrays
         The arrays of its states.
     """
-    values: dict[str, Any] = {name: arrays[name] for name in state_variables(RecordState)}
+    names = state_variables(RecordState).items()
+    # A model without ties has no tie variables.
+    values: dict[str, Any] = {n: arrays[n] for n, v in names if model.ties or "tie" not in v.dims}
     values |= coordinates_of(model, "time", arrays["time"], arrays) | {"time_step": arrays["time_step"][0]}
+    values |= _of_ties_in(model)
+    if model.ties:
+        elongation, limit = arrays["peak_tie_elongation"], values["tie_elongation_limit"]
+        values["tie_break_time"] = break_points(arrays["time"], elongation, limit)
     response = xr.Dataset(dressed("response", values), attrs={"long_name": "response to a record"})
-    return response.set_coords("state_of_contact")
+    return response.set_coords([n for n in ("state_of_contact", "tie_elongation_limit") if n in values])
 
 
 def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
     """Return the values of the states of a response: the inverse of :func:`response_of`."""
     n = response.sizes["time"]
-    arrays = {name: response[name].to_numpy() for name in state_variables(RecordState)}
+    known, none = state_variables(RecordState), np.empty((n, 0))
+    arrays = {name: response[name].to_numpy() if name in response else none for name in known}
     arrays["time_step"] = np.full(n, float(response["time_step"]))
     arrays["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
     return arrays
@@ -286,10 +310,10 @@ def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
 def beginning_of(response: xr.Dataset) -> tuple[int, RecordState]:
     """Return the last state from which a response is continued, and its index."""
     k = int(np.flatnonzero(response["finds_contacts"].to_numpy())[-1])
-    of_state = response["state_of_contact"].to_numpy() == k
+    of_state, arrays = response["state_of_contact"].to_numpy() == k, arrays_of_response(response)
     values: dict[str, Any] = {}
     for name, variable in state_variables(RecordState).items():
-        array = response[name].to_numpy()
+        array = arrays[name] if variable.dims else response[name].to_numpy()
         at = () if not variable.dims else of_state if "contact" in variable.dims else k
         values[name] = array[at] if len(variable.dims) > 1 or "contact" in variable.dims else array[at].item()
     return k, RecordState(**values | {"finds_contacts": True})
@@ -304,17 +328,22 @@ def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
 
 
 def response_words(model: Model, response: xr.Dataset) -> list[str]:
-    """Return the sentences on a response: largest and remaining displacement, fallen blocks, steps."""
+    """Return the sentences on a response: largest and remaining displacement, fallen blocks, ties, steps."""
     last = response.isel(time=-1)
     at_end = np.linalg.norm(last["displacement"].to_numpy(), axis=1)
     largest, remaining = (
         (float(size.max()), str(response["block"].to_numpy()[size.argmax()]))
         for size in (last["peak_displacement"].to_numpy(), at_end)
     )
+    ties = []
+    if "tie_break_time" in response:
+        of_ties = (last[name].to_numpy().tolist() for name in ("tie", "peak_tie_elongation", "tie_break_time"))
+        ties = list(zip(*of_ties, strict=True))
     return response_sentences(
         largest=largest,
         remaining=remaining,
         fallen=fallen_blocks(model, response),
+        ties=ties,
         end=float(last["time"]),
         step=float(response["time_step"]),
         steps=int(last["steps"]),

@@ -493,8 +493,9 @@ class CaseResult:
 
     @property
     def broken_ties(self) -> pd.DataFrame:
-        """Broken ties of a pushover: :func:`blockstruct.results.broken_ties`."""
-        return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
+        """Ties that break in a pushover or under a record: :func:`blockstruct.results.broken_ties`."""
+        motions = (motion for motion in (self.capacity, self.response) if motion is not None)
+        return broken_ties(next(motions, xr.Dataset()))
 
     @property
     def curve_ended(self) -> str:

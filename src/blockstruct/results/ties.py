@@ -1,4 +1,4 @@
-"""Ties: forces, states and elongations at collapse; states, breaks and loss of load factor in a pushover."""
+"""Ties: forces, states and elongations at collapse; states and breaks in motion."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from blockstruct.text import breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import LISTED, TieState
 
-#: Decimals of the displacements at which ties break, m.
+#: Decimals of the displacements at which ties break, m, and of the times, s.
 DECIMALS = 9
 _METER, _NEWTON = SI_UNITS["length"], SI_UNITS["force"]
 #: State of a tie at its governing limit.
@@ -125,25 +125,25 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
     ]
 
 
-def break_displacements(displacement: Array, elongation: Array, limit: Array) -> Array:
-    """Return the displacements (N,) at which ties break, m; NaN without.
+def break_points(along: Array, elongation: Array, limit: Array) -> Array:
+    """Return the displacements or times (N,) at which ties break; NaN without.
 
-    They are displacements of the control point, at the elongation limit of each tie.
+    They are displacements of the control point, m, or times, s, at the elongation limit of each tie.
 
     Parameters
     ----------
-    displacement : (S,) array
-        Displacements of the control point in the states, m.
+    along : (S,) array
+        Displacements of the control point in the states, m, or their times, s.
     elongation : (S, N) array
         Elongations of the ties in each state, m.
     limit : (N,) array
         Elongation limits of the ties, m; infinite without one.
     """
-    displacements = np.full(len(limit), np.nan)
+    points = np.full(len(limit), np.nan)
     for tie, k in _breaking(elongation, limit).items():
-        displacements[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
-    # Ties that break together break at the same displacement, free of rounding.
-    return np.round(displacements, DECIMALS)
+        points[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], along[k - 1 : k + 1])
+    # Ties that break together break at the same point, free of rounding.
+    return np.round(points, DECIMALS)
 
 
 def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
@@ -156,12 +156,12 @@ def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
 
 
 def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
-    """Return the ties that break in a pushover, in order.
+    """Return the ties that break in a pushover or under a record, in order.
 
     Parameters
     ----------
     capacity
-        Capacity curve of the pushover.
+        Capacity curve of the pushover, or response to the record.
 
     Returns
     -------
@@ -169,8 +169,15 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
         Indexed by the tie: ``displacement [meter]`` of the control point at the break, ``elongation [meter]`` at the
         break, ``force [newton]`` before the break, and ``load factor before`` and ``after``. The elongation equals the
         limit of the tie. Load factors belong to the states just before and after the break. Ties that break between
-        the same two states share them.
+        the same two states share them. Under a record: ``time [second]`` and ``elongation [meter]``.
     """
+    if "tie_break_time" in capacity:
+        times = {
+            "time [second]": capacity["tie_break_time"],
+            f"elongation [{_METER}]": capacity["tie_elongation_limit"],
+        }
+        found = pd.DataFrame({name: values.to_series() for name, values in times.items()})
+        return found.dropna().sort_values("time [second]", kind="stable")
     lengths = [f"{name} [{_METER}]" for name in ("displacement", "elongation")]
     columns = [*lengths, f"force [{_NEWTON}]", "load factor before", "load factor after"]
     if "tie_break_displacement" not in capacity:
@@ -185,21 +192,22 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
-    """Return the state of every tie in every state of a pushover.
+    """Return the state of every tie in every state of a pushover, or of a response to a record.
 
     States are as in :func:`tie_state`; a tie beyond its limit is ``broken``.
 
     Parameters
     ----------
     model, capacity
-        The structure, with ties, and its capacity curve.
+        The structure, with ties, and its capacity curve or response.
 
     Returns
     -------
     xarray.DataArray
-        Texts, dimensions (step, tie).
+        Texts, dimensions (step, tie) or (time, tie).
     """
-    force, elongation = (capacity[name].transpose("step", "tie") for name in ("tie_force", "tie_elongation"))
+    longest = "peak_tie_elongation" if "peak_tie_elongation" in capacity else "tie_elongation"
+    force, elongation = (capacity[name].transpose(..., "tie") for name in ("tie_force", longest))
     tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
     largest = np.array([segment.capacity for segment in segments])
     limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)

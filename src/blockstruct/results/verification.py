@@ -20,7 +20,7 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import steps_of
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
-from blockstruct.results.ties import DECIMALS, break_displacements
+from blockstruct.results.ties import DECIMALS, break_points
 from blockstruct.statics import Division, Placement, Statics
 from blockstruct.vocabulary import Stage, Status, listed
 
@@ -326,7 +326,7 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
     if "tie_break_displacement" in curve:
         limit = statics.ties.elongation_limit
         elongation = np.array([state.tie_elongation for state in states])
-        broke = break_displacements(np.array([state.displacement for state in states]), elongation, limit)
+        broke = break_points(np.array([state.displacement for state in states]), elongation, limit)
         for name, expected in (("tie_elongation_limit", limit), ("tie_break_displacement", broke)):
             stored = curve[name].to_numpy()
             off = ~np.isclose(stored, expected, rtol=ROUNDING, atol=10.0**-DECIMALS, equal_nan=True)

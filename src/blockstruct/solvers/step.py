@@ -402,29 +402,29 @@ class _Newton:
     def _limited(self, trial: Array) -> tuple[Array, Array]:
         """Return forces within the limits and the entries of their derivatives."""
         problem, K = self.step.problem, self._K
-        free = trial[: 3 * K].reshape(-1, 3)
-        most = problem.friction * np.clip(free[:, 0], 0.0, problem.compression)
-        kept, slope = limited(free, most, problem.friction, problem.compression)
+        kept, slope = limited(trial[: 3 * K].reshape(-1, 3), problem.friction, problem.compression)
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
 
 
-def limited(free: Array, limit: Array, friction: Array, strength: Array | float = np.inf) -> tuple[Array, Array]:
+def limited(free: Array, friction: Array, strength: Array | float, limit: Array | None = None) -> tuple[Array, Array]:
     """Return contact forces (K, 3) within limits of tension, crushing and friction, and their derivatives (K, 3, 3).
 
     Parameters
     ----------
     free : (K, 3) array
         Forces without limits.
-    limit : (K,) array
-        Largest friction.
     friction : (K,) array
-        Derivative of the limit to the normal force.
+        Largest friction, relative to the normal force.
     strength : (K,) array
         Largest normal force.
+    limit : (K,) array, optional
+        Largest friction, if it does not follow the normal force.
     """
-    n, size = np.clip(free[:, 0], 0.0, strength), np.maximum(np.hypot(free[:, 1], free[:, 2]), 1e-300)
+    n = np.minimum(np.maximum(free[:, 0], 0.0), strength)
+    size = np.maximum(np.hypot(free[:, 1], free[:, 2]), 1e-300)
+    limit, rate = (friction * n, friction) if limit is None else (limit, np.zeros_like(n))
     presses = (n > 0) & (free[:, 0] < strength)
     slides = size > np.maximum(limit, 1e-300)
     share = np.where(slides, limit, 1.0) / np.where(slides, size, 1.0)
@@ -433,5 +433,5 @@ def limited(free: Array, limit: Array, friction: Array, strength: Array | float 
     slope[:, 0, 0] = presses
     slope[:, 1, 1] = slope[:, 2, 2] = share
     slope[:, 1:, 1:] -= (slides * share)[:, None, None] * along[:, :, None] * along[:, None]
-    slope[:, 1:, 0] = ((slides & presses) * friction)[:, None] * along
+    slope[:, 1:, 0] = ((slides & presses) * rate)[:, None] * along
     return np.column_stack([n, share[:, None] * free[:, 1:]]), slope

@@ -8,7 +8,7 @@ from blockstruct.limit import Certificate, Outcome
 from blockstruct.model import BodyForce, Case, Model, MovingCase, Pushover, SelfWeight, SettlementCase, kind_of
 from blockstruct.motion import CurveOutcome
 from blockstruct.statics import applied_loads, carried_weights
-from blockstruct.text.mechanism import kilonewton
+from blockstruct.text.mechanism import kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
 from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
 
@@ -288,6 +288,7 @@ def response_sentences(
     largest: tuple[float, str],
     remaining: tuple[float, str],
     fallen: Sequence[str],
+    ties: Sequence[tuple[str, float, float]],
     end: float,
     step: float,
     steps: int,
@@ -300,6 +301,8 @@ def response_sentences(
         Largest displacement during the motion and at its end, m, each with its block.
     fallen
         Blocks that have fallen.
+    ties
+        Name, largest elongation, m, and time of the break, s, or NaN, of each tie.
     end
         Time of the last state, s.
     step, steps
@@ -308,7 +311,7 @@ def response_sentences(
     Examples
     --------
     >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
-    >>> print(*response_sentences(**at, fallen=[], end=8, step=2e-3, steps=4100))
+    >>> print(*response_sentences(**at, fallen=[], ties=[], end=8, step=2e-3, steps=4100))
     The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
     """
     sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
@@ -316,7 +319,7 @@ def response_sentences(
         sentences.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
     else:
         sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
-    return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+    return [*sentences, *ties_in_motion(ties), f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
 
 
 _OTHER_STEPS = ", so run it with other steps and compare"
@@ -351,8 +354,8 @@ def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
         case CurveEnd.BEGINS_ABOVE:
             return (
                 "no curve: it would begin at a smaller reaction than that of the case, as blocks that move touch "
-                f"wherever faces do: forces at {names or 'faces larger than its interfaces'}. Give the interfaces that "
-                "are there, and compare the reactions"
+                f"wherever faces do. {names} touch beyond the interfaces of the model: give the interfaces that are "
+                "there, and compare the reactions"
             )
         case _:
             return f"no forces that hold the blocks are found {at}, and the method ends"
@@ -383,11 +386,10 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
                 f"mechanism, and there is no curve over its displacement; {moves}"
             )
         case _:
-            where = f"{names}, where the model has no interface" if names else "faces larger than its interfaces"
             return (
-                f"no curve: with sharp corners it would begin at a load factor of {outcome.load_factor:.4g}, above "
-                f"that of the collapse state, as blocks that move touch wherever faces do: forces at {where}. Give the "
-                "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
+                f"no curve: it would begin at a load factor of {outcome.load_factor:.4g}, above that of the collapse "
+                f"state, as blocks that move touch wherever faces do. {names} touch beyond the interfaces: "
+                "give the interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
             )
 
 
@@ -421,6 +423,9 @@ def doubtful_part(
     before, after = (f"{1e3 * d:.4g} mm" for d in displacement)
     changes = f"from {load_factor[0]:.4g} to {load_factor[1]:.4g} at a displacement of"
     match doubt:
+        case CurveDoubt.BEGINS_ABOVE:
+            factors = f"{load_factor[1]:.4g}, above the load factor of the collapse state, {load_factor[0]:.4g}"
+            return f"the curve begins at {factors}: friction leaves more than one collapse state"
         case CurveDoubt.RISES:
             tight = ", or ties are pulled tight" if has_ties else ""
             begun = "" if procedure == "loading path" else _BEGUN

@@ -227,6 +227,20 @@ def more_breaks(count: int) -> str:
     return f"{count} more {'tie breaks' if count == 1 else 'ties break'}"
 
 
+def ties_in_motion(ties: Sequence[tuple[str, float, float]]) -> list[str]:
+    """Return a sentence on each tie under a record: name, largest elongation, m, and time of its break, s, or NaN.
+
+    >>> ties_in_motion([("bar", 0.0123, float("nan")), ("chain", 0.2, 1.25)])
+    ['Tie bar holds: it lengthens by at most 12.3 mm.', 'Tie chain breaks at 1.25 s.']
+    """
+    sentences = []
+    for name, elongation, at in ties:
+        title = tie_title(name)
+        ends = f"breaks at {at:.4g} s" if at == at else f"holds: it lengthens by at most {1e3 * elongation:.4g} mm"
+        sentences.append(f"{title[:1].upper()}{title[1:]} {ends}.")
+    return shortened(sentences, "{} more ties: result.response.peak_tie_elongation.".format)
+
+
 def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:
     """Return a sentence on each tie that does not break: name, largest elongation, m, and largest force, N."""
     sentences = []

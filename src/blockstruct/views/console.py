@@ -373,6 +373,7 @@ def _record(result: bs.CaseResult) -> dict[str, Any] | None:
         "peak_displacement": float(last["peak_displacement"].max()),
         "time_step": float(last["time_step"]),
         "fallen": bs.results.fallen_blocks(result.model, result.response),
+        "broken_ties": result.broken_ties.reset_index().to_dict("records") if result.model.ties else [],
     }
 
 
@@ -433,7 +434,9 @@ def _of_curve(r: bs.CaseResult) -> list[str]:
     """Return the doubts on a capacity curve, or why it is missing."""
     kind = "settlement" if isinstance(r.case, bs.SettlementCase) else "pushover"
     if r.capacity is not None:
-        return [f"{kind}: {part}" for part in bs.results.doubtful_parts(r.capacity, r.settings.procedure)]
+        return [
+            f"{kind}: {part}" for part in bs.results.doubtful_parts(r.capacity, r.settings.procedure, r.load_factor)
+        ]
     return [f"{kind}: {r.missing_curve}"] if r.missing_curve else []
 
 

@@ -10,12 +10,13 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.arrays import Array
 from blockstruct.files import writing
-from blockstruct.views.export.motion import pushover_motion
+from blockstruct.views.export.motion import pushover_motion, response_motion
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, contact_forces, given_result
 from blockstruct.views.solids import Patches, Solids, TieLines, triangles
@@ -27,17 +28,19 @@ except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "export to ParaView") from error
 
 
-_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties|response)-\d{4,}\.vtp")
+_PIECE = re.compile(
+    r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties|response|response-ties)-\d{4,}\.vtp"
+)
 
 #: Names of displaced pieces in ParaView.
-_ARRAYS = {"pushover": "blocks", "pushed-ties": "ties", "response": "blocks"}
+_ARRAYS = {"pushover": "blocks", "pushed-ties": "ties", "response": "blocks", "response-ties": "ties"}
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     """Write the blocks, interfaces and forces of all iterations of a case.
 
     A pushover has a second file, ``NAME-pushover.pvd``, of its displaced blocks and ties. Its time is the step, and the
-    displacement of the control point is in the field data.
+    displacement of the control point is in the field data. Displaced blocks and ties of a record have its times.
 
     Parameters
     ----------
@@ -127,8 +130,8 @@ class _Still:
         """Return the pieces of each state with its number and time, and whether it is of the pushover."""
         if result.response is None:
             yield from ((False, i, str(i), self.pieces(result, i)) for i in range(result.n_iterations))
-        for k, (time, piece) in enumerate(self.responding(result)):
-            yield False, k, f"{time:.9g}", {"response": piece}
+        for k, (time, pieces) in enumerate(self.responding(result)):
+            yield False, k, f"{time:.9g}", pieces
         for k, pieces in enumerate(self.pushed(result)):
             yield True, k, str(k), pieces
 
@@ -187,29 +190,38 @@ class _Still:
             pieces = {"pushover": blocks}
             if ties:
                 ends = motion.moved(self.ties.ends, self.ties.blocks, self.solids.centroids, k)
-                at = curve.isel(step=k)
-                pieces["pushed-ties"] = piece = self._tie_lines(ends, at["tie_force"].to_numpy(), states[k])
-                piece.cell_data["elongation [meter]"] = at["tie_elongation"].to_numpy()
+                pieces["pushed-ties"] = self._moved_ties(ends, curve.isel(step=k), states[k])
             for piece in pieces.values():
                 for label, of_steps in values.items():
                     piece.field_data[label] = [float(of_steps[k])]
             yield pieces
 
-    def responding(self, result: bs.CaseResult) -> Iterator[tuple[float, "pv.PolyData"]]:
-        """Return the time, s, and the displaced blocks of each state of the response to a record."""
+    def responding(self, result: bs.CaseResult) -> Iterator[tuple[float, dict[str, "pv.PolyData"]]]:
+        """Return the time, s, and the displaced blocks and ties of each state of the response to a record."""
         response = result.response
         if response is None:
             return
-        of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
-        rotation = bs.results.block_rotations(response)
+        ties = "tie_force" in response
+        states = bs.results.pushed_tie_state(result.model, response).to_numpy() if ties else np.empty(0)
+        motion = response_motion(response, self.solids.centroids)
         for k, time in enumerate(response["time"].to_numpy().tolist()):
             blocks, at = self.blocks.copy(), response.isel(time=k)
-            turned = np.einsum("vij,vj->vi", rotation[k, of], arm) - arm
-            blocks.point_data["displacement [meter]"] = moved = at["displacement"].to_numpy()[of] + turned
-            blocks.points = self.solids.vertices + moved
-            blocks.field_data["time [second]"] = [time]
-            blocks.field_data["ground acceleration [meter / second ** 2]"] = at["ground_acceleration"].to_numpy()
-            yield time, blocks
+            blocks.points = moved = motion.points(self.solids, k)
+            blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
+            pieces = {"response": blocks}
+            if ties:
+                ends = motion.moved(self.ties.ends, self.ties.blocks, self.solids.centroids, k)
+                pieces["response-ties"] = self._moved_ties(ends, at, states[k])
+            for piece in pieces.values():
+                piece.field_data["time [second]"] = [time]
+                piece.field_data["ground acceleration [meter / second ** 2]"] = at["ground_acceleration"].to_numpy()
+            yield time, pieces
+
+    def _moved_ties(self, ends: Array, at: xr.Dataset, states: NDArray[np.object_]) -> "pv.PolyData":
+        """Return ties between moved ends (M, 2, 3), with their forces and elongations in a state."""
+        piece = self._tie_lines(ends, at["tie_force"].to_numpy(), states)
+        piece.cell_data["elongation [meter]"] = at["tie_elongation"].to_numpy()
+        return piece
 
     def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":
         history = result.history.isel(iteration=[iteration])

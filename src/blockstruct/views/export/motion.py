@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 import blockstruct as bs
@@ -109,6 +110,12 @@ def pushover_motion(result: bs.CaseResult) -> Motion:
     time = way / (way[-1] or 1.0) + np.arange(len(way)) / (100 * len(way))
     position = curve["position"].transpose("step", "block", "axis").to_numpy()
     return Motion(_DURATION * time / (time[-1] or 1.0), position, bs.results.block_rotations(curve))
+
+
+def response_motion(response: xr.Dataset, centroids: Array) -> Motion:
+    """Return the states of a response to a record, with the centroids (B, 3) in the model, m."""
+    position = centroids + response["displacement"].transpose("time", "block", "axis").to_numpy()
+    return Motion(response["time"].to_numpy(), position, bs.results.block_rotations(response))
 
 
 def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None, step: int | None = None) -> Path:
