@@ -117,9 +117,12 @@ def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (6.2,
 
 def thumbnails() -> None:
     """Run the pages of the gallery and draw the last figure of each, small."""
+    size = (3.2, 2.4)
     for page in sorted((HERE / "gallery").glob("*.md")):
-        carried_out(page)
-        plt.gcf().set_size_inches(3.2, 2.4)
+        # Figures that keep no size of their own are laid out for this one.
+        with mpl.rc_context({"figure.figsize": size}):
+            carried_out(page)
+        plt.gcf().set_size_inches(size)
         plt.gcf().savefig(HERE / "pictures" / f"gallery-{page.stem}.png", dpi=90, pil_kwargs={"optimize": True})
         plt.close("all")
 

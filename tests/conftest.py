@@ -15,6 +15,7 @@ import blockstruct as bs
 import properties  # noqa: F401 - the profiles of hypothesis
 from blockstruct import Q_, cli
 from blockstruct.views.figures.sheet import Drawing
+from structures import bonded
 
 #: The table of the attack.
 pytest_plugins = ("attack_table",)
@@ -60,6 +61,20 @@ def _describes_every_result(pytestconfig):
         yield
 
 
+@pytest.fixture(autouse=True)
+def _confirmed(request, monkeypatch):
+    """Whatever a procedure or a motion finds must stand the checks of a file."""
+    run = bs.AnalysisManager.run
+
+    def checked(manager, *args, **options):
+        analysis = run(manager, *args, **options)
+        assert bs.results.contradictions(analysis) == []
+        return analysis
+
+    if request.path.parent.name in ("motion", "procedures"):
+        monkeypatch.setattr(bs.AnalysisManager, "run", checked)
+
+
 @pytest.fixture(scope="session")
 def tuff() -> bs.Material:
     return bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
@@ -77,17 +92,15 @@ def dead() -> bs.LoadPattern:
 
 @pytest.fixture(scope="session")
 def small_model(tuff: bs.Material, dry: bs.JointMaterial) -> bs.Model:
-    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
+    blocks = bonded(2, 3, material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=dry)
     return bs.Model("small wall", blocks, found.interfaces, detection=found.report)
 
 
 @pytest.fixture(scope="session")
 def small_cases(dead: bs.LoadPattern) -> list[bs.LimitCase]:
-    push = bs.LoadPattern(
-        "push", [bs.BodyForce((1, 0, 0)), bs.PointLoad("3.1", ["0.2 m", "0.1 m", "0.6 m"], ["10 N", "0 N", "0 N"])]
-    )
+    loads = [bs.BodyForce((1, 0, 0)), bs.PointLoad("3.1", ["0.2 m", "0.1 m", "0.6 m"], ["10 N", "0 N", "0 N"])]
+    push = bs.LoadPattern("push", loads)
     return [bs.LimitCase(f"push {flow}", dead, push, flow) for flow in bs.Flow]
 
 

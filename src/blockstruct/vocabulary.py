@@ -210,6 +210,8 @@ class CurveEnd(StrEnum):
 class CurveDoubt(StrEnum):
     """Reason to doubt a part of a capacity curve."""
 
+    #: The curve begins above the load factor of the collapse state.
+    BEGINS_ABOVE = "begins_above"
     #: The load factor rises above its first value.
     RISES = "rises"
     #: The load factor jumps where blocks slip and catch.

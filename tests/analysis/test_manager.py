@@ -41,13 +41,6 @@ def test_interruption_keeps_what_is_done(small_model, small_cases, tmp_path):
     assert again[small_cases[1].name].history.identical(analysis[small_cases[1].name].history)
 
 
-def test_cases_do_not_influence_each_other(small_model, small_cases):
-    together = bs.AnalysisManager(small_model).run(small_cases)
-    alone = bs.AnalysisManager(small_model).run(small_cases[1:])
-    name = small_cases[1].name
-    assert together[name].load_factor == alone[name].load_factor
-
-
 def test_a_run_repeats_itself(small_model, small_cases, small_analysis):
     again = bs.AnalysisManager(small_model).run(small_cases)
     for name, result in small_analysis.items():
@@ -128,6 +121,8 @@ def test_nothing_is_shown_where_it_is_not_wanted(small_model, small_cases, monke
     terminal = on_terminal(monkeypatch)
     bs.run(small_model, small_cases[:1], **given)
     assert terminal.getvalue() == ""
+    with pytest.raises(bs.errors.ModelError, match="progress is 'always'; give True, False or 'auto'"):
+        bs.AnalysisManager(small_model, progress="always")
 
 
 def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, monkeypatch):
@@ -153,8 +148,3 @@ def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, mo
     analysis = bs.run(small_model, small_cases)
     count = analysis["push nonassociative"].n_iterations
     assert shown == [f"case 2 of 2, push nonassociative: converged after {count} numerical iterations"]
-
-
-def test_other_words_are_refused(small_model):
-    with pytest.raises(bs.errors.ModelError, match="progress is 'always'; give True, False or 'auto'"):
-        bs.AnalysisManager(small_model, progress="always")

@@ -2,14 +2,9 @@
 
 import pytest
 
-from facades import facade, run, small_blocks
+from facades import facade, run
 
 
 @pytest.fixture(scope="session")
 def result():
     return run(facade())
-
-
-@pytest.fixture(scope="session")
-def small():
-    return run(small_blocks())

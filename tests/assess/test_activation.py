@@ -90,13 +90,10 @@ def test_the_ratio_follows_the_load_factor_and_nothing_else():
     """Mirrored, in another order, and with other steps: where α0 moves by less than 1 %, the ratio does by 2 %."""
     case = bs.LimitCase("case", SELF_WEIGHT, push(0, -1, 0))
     spread = bs.AnalysisManager(corner(), effects=False).run([case], spread=["half steps"]).spread("case")
-    others = [
-        bs.AnalysisManager(model, effects=False).run([case])["case"]
-        for model in (corner(mirrored=True), corner(seed=1))
-    ]
-    checks = [
-        bs.assess.local_mechanism(one, spectrum=SITE, knowledge_level="LC1") for one in (*spread.runs.values(), *others)
-    ]
+    models = corner(mirrored=True), corner(seed=1)
+    others = [bs.AnalysisManager(model, effects=False).run([case])["case"] for model in models]
+    runs = (*spread.runs.values(), *others)
+    checks = [bs.assess.local_mechanism(one, spectrum=SITE, knowledge_level="LC1") for one in runs]
     assert len(checks) == 4
     alphas, ratios = (np.array([getattr(check, name) for check in checks]) for name in ("alpha0", "ratio"))
     assert np.ptp(alphas) < 0.01 * alphas.min()

@@ -24,9 +24,14 @@ def block():
     return model_of(single_block(0.5, 2.0)[0], DRY)
 
 
+def checked_building(*directions, **more):
+    directions = {"directions": list(directions)} if directions else {}
+    return bs.assess.building(block(), SELF_WEIGHT, SITE, **directions, **{"progress": False} | more)
+
+
 @pytest.fixture(scope="module")
 def found():
-    return bs.assess.building(block(), SELF_WEIGHT, SITE, progress=False)
+    return checked_building()
 
 
 def test_the_weakest_direction_governs(found):
@@ -48,12 +53,8 @@ def test_a_house_of_four_rigid_walls_by_hand():
     (31.5 + 21 · 0.3) / 252 = 0.15. The right wall, 0.6 m / 3 m = 0.2, comes later.
     One body has e* = 1, so a0* = α0 g / FC. The demand is 0.1 g · 1.2 / 2 = 0.06 g, the ratio α0 / (1.35 · 0.06).
     """
-    walls = {
-        "front": ([0, 0, 0], [6, 0.4, 3]),
-        "back": ([0, 4.6, 0], [6, 0.6, 3]),
-        "left": ([0, 0.4, 0], [0.5, 4.2, 3]),
-        "right": ([5.4, 0.4, 0], [0.6, 4.2, 3]),
-    }
+    walls = {"front": ([0, 0, 0], [6, 0.4, 3]), "back": ([0, 4.6, 0], [6, 0.6, 3])}
+    walls |= {"left": ([0, 0.4, 0], [0.5, 4.2, 3]), "right": ([5.4, 0.4, 0], [0.6, 4.2, 3])}
     blocks = [box("ground", [-1, -1, -1], [8, 7, 1], fixed=True), *(box(name, *at) for name, at in walls.items())]
     smooth = bs.JointMaterial("smooth", 0.0)
     found = bs.detect_interfaces(blocks, joint_material=lambda i: DRY if "ground" in (i.minus, i.plus) else smooth)
@@ -77,7 +78,7 @@ def test_an_estimated_effect_may_decide_which_direction_governs(monkeypatch):
         return run.changed(outcome=replace(run.outcome, uniform_torsion=low, estimated=is_estimate))
 
     monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    found = checked_building("+x", "+y")
     assert (found.verdict.direction, list(found.analysis.spreads)) == ("+y", ["push +y"])
     assert found.verdict.ratio == pytest.approx(0.2 * 0.5 / 1.35 / 0.06, rel=1e-5)
     assert not found.governing.result.outcome.estimated
@@ -94,7 +95,7 @@ def test_the_run_of_a_remedy_is_relied_on_and_drawn(monkeypatch, tmp_path):
         return run.changed(outcome=replace(run.outcome, uniform_torsion=low.load_factor, estimated=is_estimate))
 
     monkeypatch.setattr(sys.modules["blockstruct.assess.building"], "with_effects", noted)
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x", "+y"], progress=False)
+    found = checked_building("+x", "+y")
     verdict, relied = found.verdict, found.governing.governing
     given = found.analysis["push +x"].load_factor
     assert (relied.name, verdict.run) == ("push +x [torsion of uniform pressure]", "torsion of uniform pressure")
@@ -116,21 +117,19 @@ def test_an_interrupted_building_continues_from_its_store(monkeypatch, tmp_path)
         return run_case(self, before, *rest)
 
     monkeypatch.setattr(bs.AnalysisManager, "run_case", counted)
-    arguments = (block(), SELF_WEIGHT, SITE)
-    keywords = {"directions": ["+x", "+y"], "progress": False, "store": store}
     for ended in ("1 run ended (push +x)", "3 runs ended"):
         with pytest.raises(KeyboardInterrupt) as interrupt:
-            bs.assess.building(*arguments, **keywords)
+            checked_building("+x", "+y", store=store)
         assert ended in interrupt.value.__notes__[0]
         assert f"{store} keeps" in interrupt.value.__notes__[0]
-    found = bs.assess.building(*arguments, **keywords)
+    found = checked_building("+x", "+y", store=store)
     # Two runs were interrupted, and no other one was made twice.
     assert len(begun) == len(found.analysis) + 2
-    again = bs.assess.building(*arguments, **keywords)
+    again = checked_building("+x", "+y", store=store)
     assert (len(begun), again.verdict.ratio) == (len(found.analysis) + 2, found.verdict.ratio)
-    assert found.verdict.ratio == bs.assess.building(*arguments, directions=["+x", "+y"], progress=False).verdict.ratio
+    assert found.verdict.ratio == checked_building("+x", "+y").verdict.ratio
     with pytest.raises(bs.errors.StorageError, match="another model"):
-        bs.assess.building(*arguments, directions=["-x"], progress=False, store=store)
+        checked_building("-x", store=store)
 
 
 def test_a_direction_that_has_not_settled_opens_the_verdict_and_leaves_the_lowest_ratio(found):
@@ -160,7 +159,7 @@ def test_only_the_direction_that_governs_has_its_variants_and_its_history(found,
 
 def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
     """The verdict of the other direction is not enough."""
-    found = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False)
+    found = checked_building("+x")
     ended = {"push +y": found.analysis["push +x"].changed(outcome=UNSTABLE)}
     more = bs.Analysis(found.analysis.model, {**found.analysis, **ended}, "", {})
     verdict = bs.assess.Building(more, found.checks).verdict
@@ -169,11 +168,8 @@ def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
     assert found.verdict.satisfied
 
 
-def test_a_building_can_be_pickled(found):
-    assert str(pickle.loads(pickle.dumps(found))) == str(found)
-
-
 def test_print_notebook_and_table_have_the_same_number(found):
+    assert str(pickle.loads(pickle.dumps(found))) == str(found)
     title, ratio = f"{found.governing.result.name}: {found.verdict}", found.verdict.state.ratio_text()
     for shown in (str(found), repr(found), found._repr_html_(), found.governing._repr_html_()):
         assert title in shown.replace("&#x27;", "'")
@@ -206,6 +202,8 @@ def test_units_of_any_size_turn_as_one_wall():
     assert found.table["size [meter]"].tolist() == [1.0, 0.5, 0.25]
     assert found.table["load factor"].to_numpy() == pytest.approx(0.25, rel=1e-4)
     assert (found.fine, found.scatter) == pytest.approx((0.25, 0.0), abs=1e-4)
+    with pytest.raises(bs.errors.ModelError, match="two at least"):
+        bs.assess.unit_sizes(columns, ["1 m"])
     ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=checked)
     assert ratios.fine == pytest.approx(0.25 / 1.35 / 0.06, rel=1e-3)
     assert np.isnan(ratios.scatter)
@@ -216,12 +214,7 @@ def test_a_ratio_below_one_with_other_units_leaves_the_verdict_open(found):
     """The tile, the verdict and the text of the building all say so."""
     table = pd.DataFrame({"size [meter]": [1.0, 0.5], RATIO: [1.1, 0.9], "settled": True})
     sizes = bs.assess.UnitSizes(RATIO, table, 0.7, np.nan)
-    other = bs.assess.building(block(), SELF_WEIGHT, SITE, directions=["+x"], progress=False, unit_sizes=sizes)
+    other = checked_building("+x", unit_sizes=sizes)
     assert [note.code for note in other.verdict.open] == ["unit_size"]
     assert (found.verdict.satisfied, other.verdict.satisfied, other.governing.satisfied) == (True, False, False)
     assert other.verdict.ratio == pytest.approx(found.verdict.ratio)
-
-
-def test_unit_sizes_of_nothing_are_refused():
-    with pytest.raises(bs.errors.ModelError, match="two at least"):
-        bs.assess.unit_sizes(columns, ["1 m"])

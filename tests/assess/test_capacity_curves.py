@@ -3,6 +3,7 @@
 import dataclasses
 from types import SimpleNamespace
 
+import attrs
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,7 +15,7 @@ from blockstruct import Q_
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from facades import DEPTH, DRY, GROUND, HEIGHT, SITE, STONE, box, case, checked, codes, facade, pushed_over, run, tied
 from meshes import QUADS
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, extruded, model_of, push
 
 g = 9.80665
 
@@ -111,23 +112,12 @@ def test_the_loss_of_a_tie_in_a_pushover_does_not_depend_on_its_steps():
 
 def prism(base, height, angle, **joint):
     """The push, along an angle, of a block on a base [(x, y), …] and a joint that does not slide."""
-    n, joint = len(base), bs.JointMaterial("rough", 3).varied(**joint)
-    corners = [[x, y, z] for z in (0, height) for x, y in base]
-    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
-    block = bs.Block.from_faces(
-        "block", Q_(corners, "m"), [[*range(n)][::-1], [n + k for k in range(n)], *sides], STONE
-    )
-    model, towards = model_of([GROUND, block], joint), np.array([np.cos(angle), np.sin(angle), 0.0])
-    return run(model, case(push(*towards)))
+    block = attrs.evolve(extruded("block", base, 0, height), material=STONE)
+    model = model_of([GROUND, block], bs.JointMaterial("rough", 3).varied(**joint))
+    return run(model, case(push(np.cos(angle), np.sin(angle), 0.0)))
 
 
 PENTAGON = [(-0.5, -0.5), (0.2, -0.5), (0.5, 0.4), (0.5, 0.5), (-0.5, 0.5)]
-
-
-def to_the_short_edge():
-    """Direction from the centroid of the pentagon to the middle of its edge from (0.5, 0.4) to (0.5, 0.5)."""
-    x, y = 0.5 + 0.0624277, 0.45 - 0.0312139
-    return np.arctan2(y, x)
 
 
 def test_a_resultant_that_leaves_the_hinge_has_no_straight_curve():
@@ -136,7 +126,8 @@ def test_a_resultant_that_leaves_the_hinge_has_no_straight_curve():
     With R = √(0.5624² + 1.5²) and β = atan(0.5624 / 1.5), α = tan(β − θ) / u_x, z_G = R cos(β − θ): y falls below the
     end of the edge, 0.4 m, at R (sin β − sin(β − θ)) u_x = 0.0540 m, and α vanishes about it at 0.4511 m.
     """
-    at, u = np.array([0.5624277, 1.5]), to_the_short_edge()
+    # From the centroid of the pentagon to the middle of its edge from (0.5, 0.4) to (0.5, 0.5).
+    at, u = np.array([0.5624277, 1.5]), np.arctan2(0.45 - 0.0312139, 0.5 + 0.0624277)
     R, beta = np.hypot(*at), np.arctan(at[0] / at[1])
 
     def y(theta):
@@ -177,17 +168,11 @@ def test_a_pier_over_its_corner_has_no_straight_curve():
 def leaning(*limits):
     """A wall 0.5 m × 3 m that leans by 0.7 m towards -y, held by ties of 10 kN to a wall 3.5 m behind, at 2.8 m."""
     corners = [[x, y - 0.7 * z / 3, z] for z in (0, 3) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
-    blocks = [
-        bs.Block.from_faces("wall", Q_(corners, "m"), QUADS, STONE),
-        GROUND,
-        box("back", [0, 3, 0], [1, 1, 3], fixed=True),
-    ]
+    wall = bs.Block.from_faces("wall", Q_(corners, "m"), QUADS, STONE)
     at = [("wall", Q_([0.5, -0.7 * 2.8 / 3, 2.8], "m")), ("back", Q_([0.5, 3, 2.8], "m"))]
-    ties = [
-        bs.Tie(f"bar {k}", *at, yield_force="10 kN", **({"elongation_limit": Q_(limit, "m")} if limit else {}))
-        for k, limit in enumerate(limits)
-    ]
-    return bs.Model("leaning", blocks, bs.detect_interfaces(blocks, joint_material=DRY), ties=ties)
+    more = [{} if limit is None else {"elongation_limit": Q_(limit, "m")} for limit in limits]
+    ties = [bs.Tie(f"bar {k}", *at, yield_force="10 kN", **of) for k, of in enumerate(more)]
+    return model_of([wall, GROUND, box("back", [0, 3, 0], [1, 1, 3], fixed=True)], DRY, "leaning").with_ties(ties)
 
 
 def test_a_leaning_wall_that_ties_hold_goes_as_far_as_they_do():
@@ -269,14 +254,9 @@ def capacity_of_facade(top=0.0997, holds=60):
     displacement = HEIGHT * np.sin(angle)
     factor = np.tan(np.arctan(0.1) - angle)
     ended = factor[-1] <= 0
-    return xr.Dataset(
-        {
-            "load_factor": ("step", factor),
-            "holds": ("step", (np.arange(61) <= holds).astype(int)),
-            "d0": ((), HEIGHT * np.sin(np.arctan(0.1)) if ended else np.nan),
-        },
-        coords={"displacement": ("step", displacement)},
-    )
+    values = {"load_factor": ("step", factor), "holds": ("step", (np.arange(61) <= holds).astype(int))}
+    values["d0"] = (), HEIGHT * np.sin(np.arctan(0.1)) if ended else np.nan
+    return xr.Dataset(values, coords={"displacement": ("step", displacement)})
 
 
 def curve_of(result, dataset, control=("façade", (0.0, -1.0, 0.0)), point=(0.0, 0.0, 6.0)):
@@ -369,7 +349,7 @@ def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
     assert not check.satisfied
 
 
-def test_a_pushover_without_displacement_is_refused(result):
+def test_a_pushover_without_displacement_or_steps_is_refused(result):
     with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
         curve_of(result, capacity_of_facade(), point=(0.0, 0.0, 0.0))
     with pytest.raises(bs.errors.ModelError, match="the pushover has 1 certified step,"):

@@ -26,9 +26,8 @@ def test_a_slack_tie_does_not_hide_the_overturning_angle(result):
     def moment(theta):
         A = 5 * np.array([-np.sin(theta), np.cos(theta)])
         along = np.array([-0.2, 5]) - A
-        return 324 * (0.3 * np.cos(theta) - 3 * np.sin(theta)) + 17 * (A[1] * along[0] - A[0] * along[1]) / np.hypot(
-            *along
-        )
+        turns = (A[1] * along[0] - A[0] * along[1]) / np.hypot(*along)
+        return 324 * (0.3 * np.cos(theta) - 3 * np.sin(theta)) + 17 * turns
 
     turning = dataclasses.replace(hand.rotation, ties=(bar,))
     assert turning.capacity() == pytest.approx(brentq(moment, 0, 0.02), rel=1e-9)
@@ -40,9 +39,8 @@ def test_a_tie_breaks_at_the_first_angle_of_its_limit(result):
     hand = by_hand(result)
     # |A|² = 0.3² + 5²; the largest length is |A| + 1.
     longest = np.hypot(0.3, 5) + 1 - np.hypot(0.3, 6)
-    below, beyond = (
-        Pull("bar", np.array([2.5, 0.3, 5]), np.array([2.5, 0, -1]), 1e3, part * longest) for part in (0.99, 1.01)
-    )
+    ends = np.array([2.5, 0.3, 5]), np.array([2.5, 0, -1])
+    below, beyond = (Pull("bar", *ends, 1e3, part * longest) for part in (0.99, 1.01))
     angle = hand.rotation.breaks(below)
     assert hand.rotation.elongation(below, angle) == pytest.approx(below.limit, rel=1e-9)
     assert angle == pytest.approx(np.arctan(0.3 / 5) * 0.9, rel=1e-3)
@@ -51,11 +49,8 @@ def test_a_tie_breaks_at_the_first_angle_of_its_limit(result):
 
 def test_an_edge_named_next_to_the_resultant_has_a_line(result):
     """Its weight is at the middle of the façade, which an edge over 0.4 of its length does not reach."""
-    told = [
-        "at d = 0 m" in str(by_hand(result, Q_([[0, 0, 0], [x, 0, 0]], "m")))
-        for x in (0.4 * LENGTH, 0.6 * LENGTH, LENGTH)
-    ]
-    assert told == [True, False, False]
+    edges = [Q_([[0, 0, 0], [share * LENGTH, 0, 0]], "m") for share in (0.4, 0.6, 1)]
+    assert ["at d = 0 m" in str(by_hand(result, edge)) for edge in edges] == [True, False, False]
 
 
 def test_ties_move_the_resultant(result):
@@ -132,10 +127,9 @@ def test_a_tie_that_pulls_down_crushes_more_by_hand(force, down):
 
 def test_a_tie_between_the_edge_and_the_hinge_by_hand():
     """One of 100 kN down at 10 mm from the edge is slackened by the rotation about the hinge, 32.4 mm from it."""
-    ground, wall = facade(DRY.varied(compressive_strength="1 MPa")).blocks
-    found = bs.detect_interfaces([ground, wall], joint_material=DRY.varied(compressive_strength="1 MPa"))
     ends = ("façade", Q_([2.5, 0.01, 5], "m")), ("ground", Q_([2.5, 0.01, -0.2], "m"))
-    model = bs.Model("anchored", [ground, wall], found, ties=[bs.Tie("bar", *ends, yield_force="100 kN")])
+    tie = bs.Tie("bar", *ends, yield_force="100 kN")
+    model = facade(DRY.varied(compressive_strength="1 MPa")).with_ties([tie])
     result = run(model)
     hand = bs.assess.overturning(model, result.case, ["façade"], EDGE, compressive_strength="1 MPa")
     assert (hand.setback, hand.alpha0) == pytest.approx((0.0324, 0.0892), rel=1e-6)

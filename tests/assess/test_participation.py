@@ -5,6 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.structures.builder import prism
 from blockstruct.text import assessment
 from facades import solve
 from structures import STONE, box, model_of, push
@@ -17,15 +18,12 @@ def lever(stem):
 
     Its stem hangs beyond the edge, m, so that its centroid is next to as high as the edge.
     """
-    outline = [(0, 2.25), (0.3, 2.25), (0.3, 2), (2.1, 2), (2.1, 2 - stem), (2.6, 2 - stem), (2.6, 2.5), (0, 2.5)]
-    n = len(outline)
-    faces = [list(range(n)), list(range(2 * n - 1, n - 1, -1))]
-    faces += [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
+    outline = [[0, 2.25], [0.3, 2.25], [0.3, 2], [2.1, 2], [2.1, 2 - stem], [2.6, 2 - stem], [2.6, 2.5], [0, 2.5]]
     blocks = [
         box("ground", [-2, 0, -0.5], [2.2, 1, 0.5], fixed=True),
         box("pier", [0.3, 0, -0.5], [1.7, 1, 2.5], fixed=True),
         box("column", [-1, 0, 0], [1, 1, 8]),
-        bs.Block.from_faces("bracket", Q_([(x, y, z) for y in (0, 1) for x, z in outline], "m"), faces, STONE),
+        prism("bracket", outline, (0, 1), STONE),
     ]
     joints = {"head": bs.JointMaterial("smooth", 0.0), "*": bs.JointMaterial("rough", 3.0)}
     return bs.Model("lever", blocks, bs.detect_interfaces(blocks, joints))

@@ -31,6 +31,20 @@ def test_the_branches_of_the_spectrum_by_hand():
     assert site.acceleration(1.0, 0.08) == pytest.approx(eta * site.acceleration(1.0))
     assert site.acceleration(0.0, 0.08) == pytest.approx(0.28 * g)
     assert site.displacement(3.0, 0.08) == pytest.approx(site.acceleration(3.0, 0.08) * (3 / (2 * np.pi)) ** 2)
+    # [3.2.4]: √(10 / (5 + 50)) = 0.4264 is below the least, 0.55.
+    assert site.acceleration(TC, 0.5) == pytest.approx(0.55 * site.acceleration(TC))
+
+
+def test_topography_and_given_coefficients():
+    flat = bs.assess.ntc_spectrum(**SITE)
+    for topography, ST in (("T1", 1.0), ("T2", 1.2), ("T3", 1.2), ("T4", 1.4)):
+        steep = bs.assess.ntc_spectrum(**SITE, topography=topography)
+        np.testing.assert_allclose(steep.acceleration([0, 0.2, 3]), ST * flat.acceleration([0, 0.2, 3]))
+    site = bs.assess.ntc_spectrum(**SITE, SS=1.33, CC=1.5, ST=1.1)
+    assert pytest.approx((1.33 * 1.1, 0.45)) == (site.S, site.TC)
+    assert sum("(given)" in line.formula for line in site.lines()) == 3
+    rock = bs.assess.ntc_spectrum(**SITE | {"soil": "A"})
+    assert "S_S = 1.00" in [line.formula for line in rock.lines()]
 
 
 @pytest.mark.parametrize(
@@ -60,26 +74,6 @@ def test_every_row_of_the_tables_of_soils(soil, SS, CC, TE):
     assert site.displacement(TE + 1e-9) == pytest.approx(site.displacement(TE), rel=0.05)
 
 
-def test_damping_does_not_lower_a_spectrum_without_end():
-    """[3.2.4]: √(10 / (5 + 50)) = 0.4264 is below the least, 0.55."""
-    site = bs.assess.ntc_spectrum(**SITE)
-    assert site.acceleration(site.TC, 0.5) == pytest.approx(0.55 * site.acceleration(site.TC))
-
-
-@pytest.mark.parametrize(("topography", "ST"), [("T1", 1.0), ("T2", 1.2), ("T3", 1.2), ("T4", 1.4)])
-def test_topography(topography, ST):
-    flat, steep = (bs.assess.ntc_spectrum(**SITE, topography=t) for t in ("T1", topography))
-    np.testing.assert_allclose(steep.acceleration([0, 0.2, 3]), ST * flat.acceleration([0, 0.2, 3]))
-
-
-def test_given_coefficients_replace_the_tables():
-    site = bs.assess.ntc_spectrum(**SITE, SS=1.33, CC=1.5, ST=1.1)
-    assert pytest.approx((1.33 * 1.1, 0.45)) == (site.S, site.TC)
-    assert sum("(given)" in line.formula for line in site.lines()) == 3
-    rock = bs.assess.ntc_spectrum(**SITE | {"soil": "A"})
-    assert "S_S = 1.00" in [line.formula for line in rock.lines()]
-
-
 def test_a_table_of_the_same_ordinates_is_the_same_spectrum():
     site = bs.assess.ntc_spectrum(**SITE)
     periods = np.linspace(0, 4, 4001)
@@ -90,16 +84,13 @@ def test_a_table_of_the_same_ordinates_is_the_same_spectrum():
     assert table.at(2 * table.ag).peak == pytest.approx(2 * table.peak)
 
 
-def test_the_displacement_of_a_table_never_falls_with_the_period():
-    """C8.7.1.2.1.8: the largest one up to the period, since its peaks belong to pulses."""
-    table = bs.assess.table_spectrum(Q_([0, 1, 1.2, 3], "s"), Q_([2, 8, 1, 1], "m/s^2"))
-    found = table.displacement(np.linspace(0.01, 3, 50))
-    assert np.all(np.diff(found) >= 0)
-    assert table.displacement(1.3) == pytest.approx(8 * (1 / (2 * np.pi)) ** 2)
-
-
 def test_the_displacement_of_a_table_is_largest_between_its_periods():
-    """S = 0.469333 − 0.108333 T g from 0.4 to 4 s: S T² is largest at 2 · 0.469333 / (3 · 0.108333) = 2.89 s."""
+    """S = 0.469333 − 0.108333 T g from 0.4 to 4 s: S T² is largest at 2 · 0.469333 / (3 · 0.108333) = 2.89 s.
+
+    C8.7.1.2.1.8: the largest displacement up to the period counts, since peaks of a table belong to pulses.
+    """
+    pulse = bs.assess.table_spectrum(Q_([0, 1, 1.2, 3], "s"), Q_([2, 8, 1, 1], "m/s^2"))
+    assert pulse.displacement(1.3) == pytest.approx(8 * (1 / (2 * np.pi)) ** 2)
     table = bs.assess.table_spectrum("[0, 0.1, 0.4, 4] s", "[0.18, 0.43, 0.43, 0.04] g_0")
     dense = np.linspace(0.4, 4, 200001)
     by_hand = np.maximum.accumulate(table.acceleration(dense) * (dense / (2 * np.pi)) ** 2)
@@ -200,8 +191,7 @@ def test_a_damping_in_per_cent_and_a_period_below_zero_are_refused():
 
 def test_floor_spectra_of_nothing_are_refused():
     ground = bs.assess.ntc_spectrum(**SITE)
-    mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9)
-    still = bs.assess.Mode("0.4 s", participation=0, shape=0.9)
+    mode, still = (bs.assess.Mode("0.4 s", participation=of, shape=0.9) for of in (1.3, 0))
     for base, modes, more, words in (
         (ground, [], {}, "0 modes, a ="),
         (ground, [mode], {"a": 1.2}, "1 mode, a ="),

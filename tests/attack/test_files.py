@@ -16,8 +16,9 @@ import pytest
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.storage.run_folder import Journal
-from killed_runs import cases, wall
+from killed_runs import cases, timeless, wall
 from processes import count
+from properties import slow_after
 from structures import SELF_WEIGHT, edited, model_of, push, single_block, stopping
 
 #: Half of the corruptions are near the beginning, where HDF5 keeps what its readers trust most.
@@ -106,9 +107,7 @@ def resealed(seed, folder):
         return found
 
     def numbers(analysis):
-        return repr(
-            [(r.status, r.load_factor, r.certificate is not None and r.certificate.holds) for r in analysis.values()]
-        )
+        return repr([(r.status, r.load_factor, r.certificate and r.certificate.holds) for r in analysis.values()])
 
     return judged(read, lambda found: numbers(found) == numbers(original))
 
@@ -164,18 +163,13 @@ def working(seed, folder, again):
         end = len(content) if chance.random() < 0.5 else min(HEAD, len(content))
         file.write_bytes(damage(content, chance, end))
 
-    def is_right(found):
-        return all(
-            r.history.drop_vars("solver_time").identical(
-                whole[name].history.isel(iteration=slice(r.n_iterations)).drop_vars("solver_time")
-            )
-            and (r.status == "interrupted" or r.status == whole[name].status)
-            for name, r in found.items()
-        )
+    def was_committed(result):
+        of = whole[result.name]
+        cut = of.history.isel(iteration=slice(result.n_iterations)).drop_vars("solver_time")
+        return result.status in ("interrupted", of.status) and timeless(result).identical(cut)
 
-    return judged(
-        lambda: bs.recover(path), is_right if not again else lambda found: all(map(consistent, found.values()))
-    )
+    is_right = consistent if again else was_committed
+    return judged(lambda: bs.recover(path), lambda found: all(map(is_right, found.values())))
 
 
 def consistent(result):
@@ -220,17 +214,11 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("share", [0.02, pytest.param(1.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    ("trial", "number", "more"),
-    [
-        (finished, 300, [True]),
-        (finished, 200, [False]),
-        (resealed, 200, []),
-        (working, 200, [False]),
-        (working, 100, [True]),
-    ],
-)
+TRIALS = [(finished, 300, [True]), (finished, 200, [False]), (resealed, 200, []), (working, 200, [False])]
+
+
+@pytest.mark.parametrize("share", slow_after(0.02, 1.0))
+@pytest.mark.parametrize(("trial", "number", "more"), [*TRIALS, (working, 100, [True])])
 def test_corrupted_files_are_refused_or_identical(folder, tell, trial, number, more, share):
     seeds = range(round(share * number))
     tell(f"corruptions: {trial.__name__} {''.join(map(str, more))}".strip(), count(trial, seeds, folder, *more))

@@ -17,6 +17,7 @@ from blockstruct import Q_
 from blockstruct.analysis import IterationDone, StateDone, StepDone
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, check_survivors, killed, recover, resume, run, wall
+from properties import slow_after
 from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, single_block, stopping
 from trials import outcome
 
@@ -50,7 +51,7 @@ def kill(tell, what, folder, kills, trial):
 
 
 def some(few, many):
-    return pytest.mark.parametrize("kills", [few, pytest.param(many, marks=pytest.mark.slow)])
+    return pytest.mark.parametrize("kills", slow_after(few, many))
 
 
 @some(4, 70)
@@ -102,11 +103,7 @@ def moved(path, report, motion):
     manager.run([case])
 
 
-@pytest.mark.parametrize(
-    ("motion", "states", "dim"),
-    [(pushover, "capacity", "step"), (record, "response", "time")],
-    ids=lambda word: getattr(word, "__name__", None),
-)
+@pytest.mark.parametrize(("motion", "states", "dim"), [(pushover, "capacity", "step"), (record, "response", "time")])
 @some(2, 30)
 def test_of_motions(tmp_path, tell, kills, motion, states, dim):
     model, case = motion()

@@ -15,13 +15,8 @@ from blockstruct.analysis import IterationDone
 from meshes import CUBE, QUADS, ascii_stl, obj_text, ply_text
 from structures import SELF_WEIGHT, STONE, edited, model_of, push, single_block, stopping
 
-READERS = {
-    "a.obj": bs.imports.read_mesh,
-    "a.stl": bs.imports.read_mesh,
-    "a.ply": bs.imports.read_mesh,
-    "a.dxf": bs.imports.read_drawing,
-    "a.json": bs.imports.read_assembly,
-}
+READERS = dict.fromkeys(("a.obj", "a.stl", "a.ply"), bs.imports.read_mesh)
+READERS |= {"a.dxf": bs.imports.read_drawing, "a.json": bs.imports.read_assembly}
 posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 
 
@@ -40,9 +35,7 @@ def put(path, kind):
 @pytest.mark.parametrize("name", READERS)
 def test_imports_open_regular_files_only(tmp_path, name, kind):
     put(tmp_path / name, kind)
-    with pytest.raises(
-        bs.errors.StorageError, match=rf"{name}: is (a folder|not a regular file but a pipe or a device)"
-    ):
+    with pytest.raises(bs.errors.StorageError, match=rf"{name}: is (a folder|not a regular file but a pipe or)"):
         READERS[name](tmp_path / name, unit="m", material=STONE)
 
 

@@ -16,7 +16,7 @@ from blockstruct.geometry.polygon import polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import box, polyhedron
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
 from blockstruct.geometry.touching import inset, largest_radius
-from structures import STONE, extruded, moved, rotation
+from structures import STONE, bonded, extruded, moved, rotation
 
 DOME = {"span": "4 m", "thickness": "60 cm", "courses": 4, "units": 8, "oculus": "1.2 m"}
 
@@ -54,10 +54,8 @@ def test_l_shaped_contact_and_its_area():
 
 @pytest.mark.parametrize(("columns", "rows"), [(3, 4), (5, 2)])
 def test_running_bond_has_the_contacts_of_its_closed_form(tuff, dry, columns, rows):
-    bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.1 m", material=tuff)
-    found = bs.detect_interfaces(blocks, joint_material=dry)
-    heads = sum(len(row) - 1 for row in bond)
+    found = bs.detect_interfaces(bonded(columns, rows, "0.1 m", tuff), joint_material=dry)
+    heads = sum(columns - 1 + j % 2 for j in range(rows))
     beds = columns + 2 * columns * (rows - 1)
     assert found.report.accepted == heads + beds
     assert found.report.total_area == pytest.approx(heads * 0.02 + rows * columns * 0.04)
@@ -146,8 +144,7 @@ def test_tributary_areas_have_the_centroid_of_the_area(outline, angle):
 
 def test_rounded_coordinates_of_a_long_tilted_wall_keep_all_contacts(tuff, dry):
     # Normals of small faces are off by rounding; over the length of the wall that is more than any tolerance.
-    rows = [[1] * 60, [0.5] + [1] * 59 + [0.5], [1] * 60]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.1 m", material=tuff)
+    blocks = bonded(60, 3, "0.1 m", tuff)
     R = rotation((1, 0.3, 0.2), 0.3)
     exact = bs.detect_interfaces(moved(blocks, R), joint_material=dry).report.accepted
     rounded = [

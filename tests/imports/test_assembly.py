@@ -54,19 +54,22 @@ def model(**changes):
     elements = {}
     for i in range(3):
         lift = {"matrix": np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, i], [0, 0, 0, 1]]).tolist()}
-        data = {
-            "geometry": typed("compas.datastructures/Mesh", mesh(0)),
-            "transformation": typed("compas.geometry/Translation", lift),
-            "is_support": i == 0,
-            "features": [],
-            "name": f"stone {i}",
-        }
+        data = {"geometry": typed("compas.datastructures/Mesh", mesh(0)), "is_support": i == 0, "features": []}
+        data |= {"transformation": typed("compas.geometry/Translation", lift), "name": f"stone {i}"}
         elements[f"guid-{i}"] = typed("compas_dem.elements/Block", data | changes)
     return typed("compas_dem.models/BlockModel", {"transformation": None, "elements": elements})
 
 
-def frame(x):
-    return {"point": [x, 0.0, 0.0], "xaxis": [1.0, 0.0, 0.0], "yaxis": [0.0, 1.0, 0.0]}
+def framed(x):
+    """The model with a frame of each element."""
+    axes = {"point": [x, 0.0, 0.0], "xaxis": [1.0, 0.0, 0.0], "yaxis": [0.0, 1.0, 0.0]}
+    return model(frame=typed("compas.geometry/Frame", axes))
+
+
+def with_data(**changes):
+    content = model()
+    content["data"] |= changes
+    return content
 
 
 def polyhedra():
@@ -89,7 +92,7 @@ def read(tmp_path, content, **options):
         (first(), ["0", "1", "2"], 1),
         (model(), ["stone 0", "stone 1", "stone 2"], 1),
         (model(name="Block"), ["0", "1", "2"], 1),
-        (model(frame=typed("compas.geometry/Frame", frame(0))), ["stone 0", "stone 1", "stone 2"], 1),
+        (framed(0), ["stone 0", "stone 1", "stone 2"], 1),
         ([typed("Mesh", mesh(i, name=f"m{i}")) for i in range(3)], ["m0", "m1", "m2"], 0),
         (polyhedra(), ["0", "1", "2"], 0),
     ],
@@ -124,17 +127,7 @@ def test_ignored_interfaces_give_a_warning(tmp_path):
         assert len(read(tmp_path, assembly(edge=edges)).blocks) == 3
 
 
-def in_a_group():
-    content = model()
-    content["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
-    return content
-
-
-def modified():
-    content = model()
-    cut = typed("compas_model.modifiers/BooleanModifier", {})
-    content["data"]["graph"] = {"node": {"0": {}, "1": {}}, "edge": {"0": {"1": {"modifiers": [cut]}}}}
-    return content
+CUT = typed("compas_model.modifiers/BooleanModifier", {})
 
 
 @pytest.mark.parametrize(
@@ -151,9 +144,9 @@ def modified():
         ("node 0 block, part", {"node": {"0": {"x": 1}}}),
         ("COMPAS", {"elements": [1]}),
         ("element 0 features", model(features=[{}])),
-        ("element 0 frame", model(frame=typed("compas.geometry/Frame", frame(10)))),
-        ("element 1 group", in_a_group()),
-        ("modify", modified()),
+        ("element 0 frame", framed(10)),
+        ("element 1 group", with_data(tree={"root": {"children": [{"children": [{"element": "guid-0"}]}]}})),
+        ("modify", with_data(graph={"node": {"0": {}, "1": {}}, "edge": {"0": {"1": {"modifiers": [CUT]}}}})),
         ("block 0 mesh", model(geometry={"xsize": 1})),
         ("block 0 three corners", [mesh(0) | {"face": {"0": [0, 1]}}]),
         ("block 0 KeyError: '99'", [mesh(0) | {"face": {"0": [0, 1, 99]}}]),

@@ -57,9 +57,8 @@ def test_an_elevation_in_millimetres(space, read):
     assert found.report.supports == ("GROUND.1",)
     assert found.report.extent == pytest.approx((1, 0.3, 1))
     assert found.report.repairs == ()
-    stones = bs.courses(
-        [[1, 1], [0.5, 1, 0.5]] * 2, unit_length="0.5 m", unit_height="0.2 m", thickness="0.3 m", material=STONE
-    )
+    size = {"unit_length": "0.5 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
+    stones = bs.courses([[1, 1], [0.5, 1, 0.5]] * 2, **size, material=STONE)
     for a, b in zip(found.blocks, stones, strict=True):
         assert a.centroid == pytest.approx(b.centroid)
         assert a.volume == pytest.approx(b.volume)
@@ -85,12 +84,8 @@ def voussoirs(space, n, inner, outer):
     bulge = np.tan(np.pi / n / 4)
     for a, b in pairwise(angles):
         corners = [(r * np.cos(t), r * np.sin(t)) for r, t in ((outer, a), (outer, b), (inner, b), (inner, a))]
-        space.add_lwpolyline(
-            [(x, y, turn) for (x, y), turn in zip(corners, (bulge, 0, -bulge, 0), strict=True)],
-            format="xyb",
-            close=True,
-            dxfattribs={"layer": "STONE"},
-        )
+        points = [(*at, turn) for at, turn in zip(corners, (bulge, 0, -bulge, 0), strict=True)]
+        space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": "STONE"})
 
 
 def test_arcs_need_segments(space, read):
@@ -136,9 +131,8 @@ def test_layers_have_materials_and_ignored_entities_are_reported(space, read):
     space.add_text("elevation", dxfattribs={"layer": "NOTES"})
     line = space.add_lwpolyline([(0, 0), (400, 0), (400, 300)], dxfattribs={"layer": "STONE"})
     space.add_circle((0, 0), 100, dxfattribs={"layer": "STONE"})
-    with pytest.warns(
-        bs.errors.GeometryWarning, match="left out: 1 CIRCLE on layer STONE .*; 1 LWPOLYLINE on layer NOTES"
-    ):
+    left = "left out: 1 CIRCLE on layer STONE .*; 1 LWPOLYLINE on layer NOTES"
+    with pytest.warns(bs.errors.GeometryWarning, match=left):
         found = read(material={"STONE": TUFF, "GROUND": STONE})
     assert {b.name: b.material.name for b in found.blocks} == {"STONE.1": "tuff", "GROUND.1": "stone"}
     handle = f"(handle {line.dxf.handle} (ends 0.5 m apart))"
@@ -160,21 +154,17 @@ def test_blocks_of_the_drawing_are_followed(space, read):
     assert [b.centroid[0] for b in found.blocks] == pytest.approx([0.25, 0.75, 1.25])
 
 
-def hidden_polyline(space):
-    rectangle(space, 0, 0, 500, 250, invisible=1)
-
-
-def other_drawing(space):
-    space.doc.add_xref_def("other.dxf", "OTHER")
-    space.add_blockref("OTHER", (0, 0))
-
-
 def unit_on(layer, **attributes):
     def insert(space):
         rectangle(space.doc.blocks.new("UNIT"), 0, 0, 500, 250, "STONE")
         space.add_blockref("UNIT", (0, 0), dxfattribs={"layer": layer} | attributes)
 
     return insert
+
+
+def other_drawing(space):
+    space.doc.add_xref_def("other.dxf", "OTHER")
+    space.add_blockref("OTHER", (0, 0))
 
 
 def frozen_unit(space):
@@ -191,7 +181,7 @@ def smoothed_mesh(space):
 @pytest.mark.parametrize(
     ("add", "words"),
     [
-        (hidden_polyline, "1 LWPOLYLINE on layer STONE"),
+        (lambda space: rectangle(space, 0, 0, 500, 250, invisible=1), "1 LWPOLYLINE on layer STONE"),
         (other_drawing, "1 block 'OTHER'"),
         (frozen_unit, "1 block 'UNIT' on layer NOTES"),
         (unit_on("NOTES", invisible=1), "1 block 'UNIT' on layer NOTES"),
@@ -254,9 +244,8 @@ def test_the_closing_gap(space, read):
     open_ = rf"1 open polyline on layer STONE \(handle {line.dxf.handle} \(ends 0.003 m apart\)\)"
     with pytest.warns(bs.errors.GeometryWarning, match=open_):
         assert len(read(closing="2 mm").blocks) == 1
-    with pytest.warns(
-        bs.errors.GeometryWarning, match=r"outlines closed whose ends lie apart by up to 0.003 m \(STONE.2\)"
-    ):
+    closed = r"outlines closed whose ends lie apart by up to 0.003 m \(STONE.2\)"
+    with pytest.warns(bs.errors.GeometryWarning, match=closed):
         found = read(closing="4 mm")
     assert found.blocks[1].volume == pytest.approx(0.5 * 0.25 * 0.3)
 

@@ -65,6 +65,9 @@ def test_units_and_orientation_have_no_effect(tmp_path_factory, unit, turn):
     same_bodies(bs.imports.read_mesh(path, unit=unit, material=STONE).blocks, blocks)
 
 
+MIDDLE = [(4, 8, 6, 7), (8, 5, 6), (4, 5, 8)]
+
+
 def cube(**changes):
     return obj_text(**{"vertices": CUBE, "faces": QUADS} | changes)
 
@@ -80,11 +83,7 @@ def cube(**changes):
         (cube(faces=[*QUADS, *QUADS]), "doubled", 6),
         (cube(faces=[f for face in QUADS for f in (face, face[::-1])]), "doubled", 6),
         # A corner in the middle of an edge of one face only, closed by a triangle without area.
-        (
-            cube(vertices=[*CUBE, (0.5, 0, 1)], faces=[(4, 8, 6, 7), (8, 5, 6), (4, 5, 8), *QUADS[:1], *QUADS[2:]]),
-            "no area",
-            6,
-        ),
+        (cube(vertices=[*CUBE, (0.5, 0, 1)], faces=[*MIDDLE, *QUADS[:1], *QUADS[2:]]), "no area", 6),
         (cube(vertices=[*CUBE[:6], (1, 1, 1.002), CUBE[7]]), "flattened", 6),
         (cube(vertices=[*CUBE[:6], (1, 1, 1.1), CUBE[7]]), "split", 7),
         # Two corners a hair apart.
@@ -123,12 +122,9 @@ def test_order_and_orientation_of_faces_have_no_effect(tmp_path_factory, data):
     for level in (0, 1):
         triangles = data.draw(st.permutations(fans(QUADS)))
         turned = data.draw(st.lists(st.booleans(), min_size=12, max_size=12))
-        soup += [
-            [(*CUBE[i][:2], CUBE[i][2] + level) for i in (t[::-1] if back else t)]
-            for t, back in zip(triangles, turned, strict=True)
-        ]
-    corners = [corner for triangle in soup for corner in triangle]
-    text = obj_text(corners, [(i, i + 1, i + 2) for i in range(0, len(corners), 3)])
+        for t, back in zip(triangles, turned, strict=True):
+            soup += [(*CUBE[i][:2], CUBE[i][2] + level) for i in (t[::-1] if back else t)]
+    text = obj_text(soup, [(i, i + 1, i + 2) for i in range(0, len(soup), 3)])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", bs.errors.GeometryWarning)
         found = read(tmp_path_factory.mktemp("soup"), "s.obj", text)

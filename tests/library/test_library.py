@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.views.report import report_html
 from refusals import refused
-from structures import SELF_WEIGHT, push
+from structures import SELF_WEIGHT, bonded, push
 
 BRICK = bs.library.masonry("solid brick and lime mortar")
 
@@ -91,8 +91,7 @@ def test_refused_choices(error, words, make):
 def analysis():
     tuff = bs.library.masonry("regular soft stone").material("tuff", unit_weight="mean")
     joint = bs.library.joint("limestone, dry").joint_material("joint", friction_angle="min")
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.2 m", "material": tuff}
-    blocks = bs.courses([[1, 1], [0.5, 1, 0.5]], **size)
+    blocks = bonded(2, 2, material=tuff)
     model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint))
     return bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")])
 

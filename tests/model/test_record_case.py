@@ -9,6 +9,7 @@ from blockstruct import Q_
 from structures import SELF_WEIGHT, model_of, single_block
 
 PULSE = Q_([0.0, 0.3, 0.0], "g_0")
+GAP = {"acceleration": Q_(np.full(30, 0.1), "g_0"), "time": Q_([*np.arange(20), *np.arange(25, 35)], "s") / 100}
 
 
 def record(acceleration=PULSE, time="0.1 s", direction="+x", **more):
@@ -33,11 +34,7 @@ def test_a_record_along_a_direction_and_along_the_axes():
         ({"acceleration": Q_([0.3], "g_0")}, bs.errors.ModelError, "shape"),
         ({"time": Q_([0.0, 0.2, 0.1], "s")}, bs.errors.ModelError, "sample 2"),
         ({"time": Q_([0.0, 0.2], "s")}, bs.errors.ModelError, "2 times and 3"),
-        (
-            {"acceleration": Q_(np.full(30, 0.1), "g_0"), "time": Q_([*np.arange(20), *np.arange(25, 35)], "s") / 100},
-            bs.errors.ModelError,
-            "no samples from 0.19 to 0.25 s",
-        ),
+        (GAP, bs.errors.ModelError, "no samples from 0.19 to 0.25 s"),
         ({"time": "0 s"}, bs.errors.ModelError, "more than zero"),
         ({"direction": None}, bs.errors.ModelError, "direction"),
         ({"acceleration": Q_(np.zeros((3, 3)), "g_0")}, bs.errors.ModelError, "leave the direction out"),

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from blockstruct.geometry.polyhedron import box, polyhedron
 from blockstruct.geometry.triangles import stretches_inside
 from refusals import refused
-from structures import extruded, model_of, moved, rotation
+from structures import bonded, extruded, model_of, moved, rotation
 
 STRONG = {"yield_force": "40 kN"}
 STRIP = {"area": "50 mm^2", "strength": "300 MPa"}
@@ -16,15 +17,11 @@ MODEL, UNKNOWN = bs.errors.ModelError, bs.errors.UnknownNameError
 
 
 @pytest.fixture(scope="module")
-def pair(tuff, dry):
+def pair(dry):
     """Two blocks on one support, and another support."""
-    blocks = [
-        bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), tuff, fixed=True),
-        bs.Block.box("left", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff),
-        bs.Block.box("right", Q_([2, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff),
-        bs.Block.box("rock", Q_([0, 2, -1], "m"), Q_([3, 1, 1], "m"), tuff, fixed=True),
-    ]
-    return model_of(blocks, dry, "pair")
+    supports = [structures.box(name, [0, y, -1], [3, 1, 1], fixed=True) for name, y in (("ground", 0), ("rock", 2))]
+    free = [structures.box(name, [x, 0, 0]) for name, x in (("left", 0), ("right", 2))]
+    return model_of([supports[0], *free, supports[1]], dry, "pair")
 
 
 def tie(start, end, **quantities):
@@ -153,8 +150,7 @@ def test_segments_contain_the_whole_cross_section():
 @pytest.mark.parametrize("degrees", [7, 40])
 def test_a_bar_in_rounded_head_joints_of_a_turned_wall_is_not_bonded_to_their_blocks(tuff, degrees):
     R = rotation((0, 0, 1), np.radians(degrees))
-    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.3 m"}
-    blocks = moved(bs.courses([[1, 1], [0.5, 1, 0.5], [1, 1]], **size, material=tuff), R)
+    blocks = moved(bonded(2, 3, "0.3 m", tuff), R)
     x, y, _ = np.round(R @ (0.4, 0.15, 0), 3)
     segments = bs.ties.tie_segments([bar([x, y, -0.1], [x, y, 0.6])], blocks)
     assert [s.blocks for s in segments] == [("base", "2.2")]
@@ -189,8 +185,6 @@ def test_prestress_needs_a_dead_load(pair):
 @pytest.mark.parametrize("off", [-1e-9, 0.0, 1e-16, 1e-9])
 def test_rounding_does_not_move_a_bar_from_a_joint_into_a_block(tuff, off):
     # Two units on a support, and a unit over their joint: in the joint the bar is not bonded.
-    blocks = bs.courses(
-        [[1, 1], [0.5, 1, 0.5]], unit_length="0.3 m", unit_height="0.2 m", thickness="0.2 m", material=tuff
-    )
-    crossed = bs.ties.tie_segments([bar([0.3 + off, 0.1, -0.1], [0.3 + off, 0.1, 0.4])], blocks)
+    ends = ([0.4 + off, 0.1, z] for z in (-0.1, 0.4))
+    crossed = bs.ties.tie_segments([bar(*ends)], bonded(2, 2, material=tuff))
     assert [s.blocks for s in crossed] == [("base", "2.2")]

@@ -43,7 +43,7 @@ POLYGON = Q_([[0, 0, 0], [2, 0, 0], [2, 0.5, 0], [0, 0.5, 0]], "m")
 LIME = bs.JointMaterial("lime", friction_angle="30 deg", dilatancy_angle="5 deg", compressive_strength="4 MPa")
 POINT = "[0, 0, 3] m"
 BAR = bs.Tie("t", ("b", POINT), ("c", "[4, 0, 3] m"), yield_force="40 kN")
-PATTERN = bs.LoadPattern("dead", [bs.SelfWeight()])
+PATTERN, ALONG = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("x", [bs.BodyForce("+x", 2)])
 PUSHOVER = bs.Pushover("p", PATTERN, PATTERN, control=("b", "+x"), corner_rounding="2 cm")
 
 
@@ -56,10 +56,7 @@ PUSHOVER = bs.Pushover("p", PATTERN, PATTERN, control=("b", "+x"), corner_roundi
         (bs.Weight("b", POINT, "8 kN", 0.5), "Weight(block='b', point=(0, 0, 3) m, weight=8 kN, mass_share=0.5)"),
         (bs.FaceLoad("b", 1, pressure="-300 Pa"), "FaceLoad(block='b', face=1, pressure=-300 Pa)"),
         (BAR, "Tie('t', start=('b', (0, 0, 3) m), end=('c', (4, 0, 3) m), yield_force=40 kN)"),
-        (
-            bs.LoadPattern("x", [bs.BodyForce("+x", 2)]),
-            "LoadPattern('x', loads=(BodyForce(direction=(1, 0, 0), share=2),))",
-        ),
+        (ALONG, "LoadPattern('x', loads=(BodyForce(direction=(1, 0, 0), share=2),))"),
     ],
 )
 def test_objects_print_their_units(thing, text):
@@ -80,9 +77,6 @@ def test_objects_print_their_units(thing, text):
 )
 def test_objects_give_quantities(thing, name, quantity):
     assert units.Q_(thing.quantity(name)).m_as(quantity.units) == pytest.approx(quantity.magnitude)
-
-
-def test_quantities_that_do_not_exist():
     assert bs.FaceLoad("b", 1, pressure="1 kPa").quantity("level") is None
     with refused(bs.errors.UnknownNameError, "material 'tuff' 'weight' unit_weight"):
         STONE.quantity("weight")

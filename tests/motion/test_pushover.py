@@ -13,19 +13,18 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from blockstruct.limit import LimitProblem
 from blockstruct.motion import MovingProblem
 from blockstruct.statics import Placement, Statics
-from structures import SELF_WEIGHT, block_on_a_bar, model_of, moved, push, rotation, single_block
+from structures import SELF_WEIGHT, STONE, block_on_a_bar, bonded, model_of, moved, push, rotation, single_block
 
-STONE = bs.Material("stone", "20 kN/m^3")
 ROUGH = bs.JointMaterial("rough", 2.0)
 
 
 def box(name, x, z, *, fixed=False, depth=1.0):
-    origin = Q_([x[0], 0, z[0]], "m")
-    return bs.Block.box(name, origin, Q_([x[1] - x[0], depth, z[1] - z[0]], "m"), STONE, fixed=fixed)
+    return structures.box(name, [x[0], 0, z[0]], [x[1] - x[0], depth, z[1] - z[0]], fixed=fixed)
 
 
 def run(model, control, direction=(1, 0, 0), dead=SELF_WEIGHT, **more):
@@ -63,16 +62,12 @@ def test_single_block(rocking):
 
 def test_small_stones_among_large_blocks():
     """A cube of 5 cm between two blocks of 1 m; another stone, on one of them, slides at μ up to its edge."""
-
-    def block(name, origin, size, *, fixed=False):
-        return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
-
     blocks = [
-        block("ground", [-1, -1, -0.5], [8, 4, 0.5], fixed=True),
-        block("one", [0, 0, 0], [1, 1, 1.2]),
-        block("wedge", [1, 0.4, 0], [0.05] * 3),
-        block("other", [1.05, 0, 0], [0.5, 1, 0.8]),
-        block("cap", [0.2, 0.2, 1.2], [0.1, 0.05, 0.05]),
+        structures.box("ground", [-1, -1, -0.5], [8, 4, 0.5], fixed=True),
+        structures.box("one", [0, 0, 0], [1, 1, 1.2]),
+        structures.box("wedge", [1, 0.4, 0], [0.05] * 3),
+        structures.box("other", [1.05, 0, 0], [0.5, 1, 0.8]),
+        structures.box("cap", [0.2, 0.2, 1.2], [0.1, 0.05, 0.05]),
     ]
     curve = run(model_of(blocks, bs.JointMaterial("joint", 0.5)), "cap", steps=20).capacity
     load_factor, d = curve["load_factor"].to_numpy(), curve["displacement"].to_numpy()
@@ -80,20 +75,6 @@ def test_small_stones_among_large_blocks():
     slides = d < 0.75 - 0.05 / 4
     assert d.max() > 0.7
     assert load_factor[slides] == pytest.approx(0.5, rel=1e-3)
-
-
-def test_two_stacked_blocks():
-    """Two equal blocks b × h turn as one body b × 2 h about its edge: ``α(θ) = tan(atan(b / 2 h) − θ)``."""
-    blocks = [
-        box("ground", (-1, 2), (-0.5, 0), fixed=True),
-        box("lower", (0, 0.4), (0, 0.8)),
-        box("upper", (0, 0.4), (0.8, 1.6)),
-    ]
-    curve = run(model_of(blocks, ROUGH), "upper", steps=20).capacity
-    for block in ("lower", "upper"):
-        expected = np.tan(np.arctan(0.4 / 1.6) - turned(curve, block))
-        assert curve["load_factor"].to_numpy() == pytest.approx(expected, abs=1e-4)
-    assert curve["energy_error"].max() < 1e-4
 
 
 def test_rocking_pier():
@@ -104,10 +85,8 @@ def test_rocking_pier():
     """
     b, h, W, N = 0.5, 2.0, 20e3, 30e3
     blocks = [box("ground", (-1, 3), (-0.5, 0), fixed=True), box("pier", (0, b), (0, h))]
-    load = bs.PointLoad("pier", Q_([b / 2, 0.5, h], "m"), Q_([0, 0, -N], "N"))
-    curve = run(
-        model_of(blocks, ROUGH), "pier", dead=bs.LoadPattern("dead", [bs.SelfWeight(), load]), steps=20
-    ).capacity
+    dead = [bs.SelfWeight(), bs.PointLoad("pier", Q_([b / 2, 0.5, h], "m"), Q_([0, 0, -N], "N"))]
+    curve = run(model_of(blocks, ROUGH), "pier", dead=bs.LoadPattern("dead", dead), steps=20).capacity
     angle = turned(curve, "pier")
     c, s = np.cos(angle), np.sin(angle)
     expected = (W * (b * c - h * s) + N * (b * c - 2 * h * s)) / (W * (h * c + b * s))
@@ -240,21 +219,11 @@ def by_hand(angle, force):
     return (20 * (0.25 * c - s) + force * elongated(angle)[1]) / (20 * (c + 0.25 * s))
 
 
-def test_tie():
-    result = run(block_on_a_bar(None), "block", steps=20)
-    curve = result.capacity
-    angle = turned(curve, "block")
-    assert result.load_factor == pytest.approx(0.55, rel=1e-6)
-    assert curve["load_factor"].to_numpy() == pytest.approx(by_hand(angle, 4.0), abs=1e-4)
-    assert by_hand(angle[-1], 4.0) == pytest.approx(0, abs=1e-4)
-    assert curve["holds"].all()
-    assert curve["energy_error"].max() < 1e-4
-
-
 def test_tie_that_breaks():
-    """As :func:`test_tie` until the bar is 0.1 m longer; then the block alone, ``tan(atan(b / h) − θ)``."""
-    curve = run(block_on_a_bar(), "block", steps=20).capacity
-    angle = turned(curve, "block")
+    """By hand until the bar is 0.1 m longer; then the block alone, ``tan(atan(b / h) − θ)``."""
+    result = run(block_on_a_bar(), "block", steps=20)
+    curve, angle = result.capacity, turned(result.capacity, "block")
+    assert result.load_factor == pytest.approx(0.55, rel=1e-6)
     whole = elongated(angle)[0] <= 2.1
     assert 3 < whole.sum() < len(angle) - 3
     expected = np.where(whole, by_hand(angle, 4.0), np.tan(np.arctan(0.25) - angle))
@@ -320,15 +289,6 @@ def test_rounded_corners_leave_something():
         run(model_of(blocks, joint), "block", corner_rounding="15 cm")
 
 
-def test_half_the_steps(rocking):
-    blocks, _ = single_block(0.3, 1.5)
-    finer = run(model_of(blocks, ROUGH), "block", steps=120).capacity
-    assert finer.sizes["step"] > 1.7 * rocking.capacity.sizes["step"]
-    curve = rocking.capacity
-    between = np.interp(curve["displacement"], finer["displacement"], finer["load_factor"])
-    assert curve["load_factor"].to_numpy() == pytest.approx(between, rel=1e-2, abs=1e-4)
-
-
 def test_invariance():
     """Turned about the vertical, moved away, and in other units of length and force."""
     blocks, _ = single_block(0.3, 1.5)
@@ -338,19 +298,15 @@ def test_invariance():
     other = run(model_of(away, ROUGH), "block", direction=tuple(R[:, 0]), steps=12).capacity
     assert other["load_factor"].to_numpy() == pytest.approx(plain["load_factor"].to_numpy(), abs=1e-6)
     assert other["displacement"].to_numpy() == pytest.approx(plain["displacement"].to_numpy(), rel=1e-5, abs=1e-9)
-    large = [
-        bs.Block.from_faces(b.name, Q_(1e3 * b.shape.vertices, "m"), b.shape.faces, b.material, fixed=b.fixed)
-        for b in blocks
-    ]
-    scaled = run(model_of(large, ROUGH), "block", steps=12).capacity
+    scaled = run(model_of(moved(blocks, 1e3 * np.eye(3)), ROUGH), "block", steps=12).capacity
     assert scaled["load_factor"].to_numpy() == pytest.approx(plain["load_factor"].to_numpy(), abs=1e-6)
-    assert scaled["displacement"].to_numpy() == pytest.approx(
-        1e3 * plain["displacement"].to_numpy(), rel=1e-5, abs=1e-6
+    assert scaled["displacement"].to_numpy() / 1e3 == pytest.approx(
+        plain["displacement"].to_numpy(), rel=1e-5, abs=1e-9
     )
 
 
 def test_control_point():
-    """The top of a block goes further than its centroid; both end where the load factor is zero."""
+    """The top of a block goes further than its centroid."""
     blocks, _ = single_block(0.3, 1.5)
     top = run(model_of(blocks, ROUGH), "block", control_point=Q_([0.3, 0.5, 1.5], "m"), steps=12)
     # The edge (0.3, 0), θ = atan(0.2): the point straight above it comes to 1.5 m times sin θ.
@@ -363,9 +319,8 @@ def test_a_control_point_at_rest_has_no_curve(direction):
     """Two towers, the slender one of which rocks: the other one does not move, nor does either across the push."""
     tall, low = box("tall", (0, 0.3), (0, 1.5)), box("low", (2, 2.5), (0, 1))
     model = model_of([box("ground", (-1, 4), (-0.5, 0), fixed=True), tall, low], ROUGH)
-    case = bs.Pushover(
-        "push", SELF_WEIGHT, push(1, 0, 0), control=("low" if direction[0] else "tall", direction), steps=5
-    )
+    control = ("low" if direction[0] else "tall", direction)
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=control, steps=5)
     result = bs.run(model, case)["push"]
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(0.2, rel=1e-6)
@@ -442,11 +397,7 @@ def test_bad_input(more, said):
         ("nobody", ROUGH, "no block 'nobody'"),
         ("ground", ROUGH, "does not move"),
         ("block", bs.JointMaterial("mortar", 0.6, cohesion="0.1 MPa"), "cohesion of 100000 Pa"),
-        (
-            "block",
-            bs.JointMaterial("rough", 0.6, dilatancy_angle="5 deg"),
-            "dilatancy_angle of 0.0872665 rad, by which",
-        ),
+        ("block", bs.JointMaterial("rough", 0.6, dilatancy_angle="5 deg"), "dilatancy_angle of 0.0872665 rad, by"),
     ],
 )
 def test_what_a_pushover_does_not_know(control, joint, said):
@@ -476,10 +427,8 @@ def test_two_blocks_that_slide_apart_from_each_other(steps):
 @pytest.mark.slow
 def test_units_that_slide_first_and_rock_then():
     """Half of the steps, the same curve to 2 % up to 0.7 m, and its zero to a thousandth: 55 units."""
-    rows = [[1] * 4 if j % 2 == 0 else [0.5, 1, 1, 1, 0.5] for j in range(12)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
-    model = model_of(blocks, bs.JointMaterial("dry", 0.65))
-    one, other = (run(model, blocks[-1].name, (1, 0, 0), steps=steps).capacity for steps in (30, 60))
+    model = model_of(bonded(4, 12), bs.JointMaterial("dry", 0.65))
+    one, other = (run(model, model.blocks[-1].name, (1, 0, 0), steps=steps).capacity for steps in (30, 60))
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=1e-3)
     assert min(float(curve["displacement"].where(curve["falls"] == 1).min()) for curve in (one, other)) > 0.7
     curves = [np.interp(np.linspace(0.05, 0.7, 18), c["displacement"], c["load_factor"]) for c in (one, other)]

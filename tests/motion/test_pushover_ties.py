@@ -3,14 +3,17 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from test_pushover import ROUGH, STONE, box, by_hand, elongated, run, turned
+from test_pushover import ROUGH, box, by_hand, elongated, run, turned
 
 import blockstruct as bs
+import structures
 from blockstruct import Q_
 from blockstruct.results import doubtful_parts
 from blockstruct.views.words import pushover_words as told
+from properties import slow_after
 from structures import SELF_WEIGHT, block_on_a_bar, moved, rotation
 
+BOND = {"diameter": "10 mm", "bond_strength": "0.2 MPa", "strength": "235 MPa"}
 ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
 
 
@@ -61,16 +64,10 @@ def test_ties_that_hold_or_are_not_there():
 def test_many_ties_are_counted():
     """Seven bars side by side break at once."""
     one = block_on_a_bar().ties[0]
-    ties = [
-        bs.Tie(
-            f"bar {k}",
-            (one.start[0], Q_([-2, y, 1.5], "m")),
-            (one.end[0], Q_([0, y, 1.5], "m")),
-            yield_force="1 kN",
-            elongation_limit="0.1 m",
-        )
-        for k, y in enumerate(np.linspace(0.2, 0.8, 7))
-    ]
+    ties = []
+    for y in np.linspace(0.2, 0.8, 7):
+        ends = (one.start[0], Q_([-2, y, 1.5], "m")), (one.end[0], Q_([0, y, 1.5], "m"))
+        ties.append(bs.Tie(f"bar {y}", *ends, yield_force="1 kN", elongation_limit="0.1 m"))
     result = run(block_on_a_bar().with_ties(ties), "block", steps=10)
     assert result.broken_ties.index.tolist() == [tie.name for tie in ties]
 
@@ -81,19 +78,9 @@ def test_many_ties_are_counted():
         (bs.Tie("bar", *ENDS, yield_force="9 kN", prestress="2 kN"), "leave it out, the tie yields at the same force"),
         (
             bs.ties.Strip("strip", *ENDS, area="1 cm^2", strength="300 MPa"),
-            "give a Tie across the joint with its force",
+            "give a Tie across the joint",
         ),
-        (
-            bs.ties.BondedBar(
-                "bar",
-                "[-2.2, 0.5, 1.5] m",
-                "[0.4, 0.5, 1.5] m",
-                diameter="10 mm",
-                bond_strength="0.2 MPa",
-                strength="235 MPa",
-            ),
-            "give a Tie between each two of them",
-        ),
+        (bs.ties.BondedBar("bar", "[-2.2, 0.5, 1.5] m", "[0.4, 0.5, 1.5] m", **BOND), "a Tie between each two of them"),
     ],
 )
 def test_ties_that_are_refused_have_a_way_out(tie, instead):
@@ -104,9 +91,7 @@ def test_ties_that_are_refused_have_a_way_out(tie, instead):
         bs.run(model, bs.RecordCase("record", SELF_WEIGHT, Q_([0.1, 0.1], "g_0"), "1 s", "+x"))
 
 
-@pytest.mark.parametrize(
-    "steps", [10, pytest.param(40, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("steps", slow_after(10, 40, 60))
 def test_a_tie_does_not_pull_before_it_is_tight(steps):
     """A block slides at α = μ to a post ahead, past which its tie is as long again as it was: after 2 · 0.5 m."""
     blocks = [
@@ -124,12 +109,8 @@ def test_a_tie_does_not_pull_before_it_is_tight(steps):
     assert curve["load_factor"].max() > 0.5
 
 
-@pytest.mark.parametrize(
-    "steps", [10, pytest.param(20, marks=pytest.mark.slow), pytest.param(40, marks=pytest.mark.slow)]
-)
-@pytest.mark.parametrize(
-    "level", [1.0, pytest.param(1.5, marks=pytest.mark.slow), pytest.param(2.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("steps", slow_after(10, 20, 40))
+@pytest.mark.parametrize("level", slow_after(1.0, 1.5, 2.0))
 def test_a_tie_that_is_slack_changes_nothing(level, steps):
     """A tower leans on another, and the tie between them is tight again when both have turned over some way.
 
@@ -141,9 +122,8 @@ def test_a_tie_that_is_slack_changes_nothing(level, steps):
         box("ahead", (0.65, 1.35), (0, 2.8)),
         box("behind", (0, 0.5), (0, 2.4)),
     ]
-    tie = bs.Tie(
-        "bar", ("behind", Q_([0.5, 0.5, level], "m")), ("ahead", Q_([0.65, 0.5, level], "m")), yield_force="3 kN"
-    )
+    ends = ("behind", Q_([0.5, 0.5, level], "m")), ("ahead", Q_([0.65, 0.5, level], "m"))
+    tie = bs.Tie("bar", *ends, yield_force="3 kN")
     model = bs.Model("towers", blocks, bs.detect_interfaces(blocks, ROUGH))
     tied_too, alone = (run(m, "behind", steps=steps).capacity for m in (model.with_ties([tie]), model))
     slack = tied_too["tie_elongation"].sel(tie="bar").to_numpy() < -1e-3
@@ -153,9 +133,7 @@ def test_a_tie_that_is_slack_changes_nothing(level, steps):
     assert tied_too["load_factor"].to_numpy()[slack] == pytest.approx(expected, abs=2e-3)
 
 
-@pytest.mark.parametrize(
-    "steps", [20, pytest.param(5, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("steps", slow_after(20, 5, 60))
 def test_ties_that_hold_keep_their_length(steps):
     """Two leaves, 0.3 m and 0.5 m thick and 3 m high, turn over one after the other, the slender one held back by ties.
 
@@ -169,27 +147,16 @@ def test_ties_that_hold_keep_their_length(steps):
         box("slender", (0, b[0]), (0, h)),
         box("stout", (b[0] + gap, b.sum() + gap), (0, h)),
     ]
-    ties = [
-        bs.Tie(
-            f"bar {z}",
-            ("slender", Q_([b[0], 0.5, z], "m")),
-            ("stout", Q_([b[0] + gap, 0.5, z], "m")),
-            yield_force="2 kN",
-        )
-        for z in levels
-    ]
+    ends = [(("slender", Q_([b[0], 0.5, z], "m")), ("stout", Q_([b[0] + gap, 0.5, z], "m"))) for z in levels]
+    ties = [bs.Tie(f"bar {k}", *both, yield_force="2 kN") for k, both in enumerate(ends)]
     model = bs.Model("leaves", blocks, bs.detect_interfaces(blocks, ROUGH), ties=ties)
     curve = run(model, "stout", (-1, 0, 0), steps=steps).capacity
 
     def longest(phi, theta):
-        ends = [
-            (
-                (b[0] * np.cos(phi) - z * np.sin(phi), b[0] * np.sin(phi) + z * np.cos(phi)),
-                (b[0] + gap - z * np.sin(theta), z * np.cos(theta)),
-            )
-            for z in levels
-        ]
-        return max(float(np.hypot(*np.subtract(*end))) for end in ends)
+        z = np.array(levels)
+        one = b[0] * np.cos(phi) - z * np.sin(phi), b[0] * np.sin(phi) + z * np.cos(phi)
+        other = b[0] + gap - z * np.sin(theta), z * np.cos(theta)
+        return np.hypot(*np.subtract(one, other)).max()
 
     def heights_and_ways(theta):
         turned = np.array([brentq(lambda phi: longest(phi, theta) - gap, theta - 0.1, theta + 0.1), theta])
@@ -203,9 +170,7 @@ def test_ties_that_hold_keep_their_length(steps):
     assert curve["tie_elongation"].max() < 1e-2 / steps**2
 
 
-@pytest.mark.parametrize(
-    "steps", [20, pytest.param(30, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("steps", slow_after(20, 30, 60))
 def test_a_tie_that_takes_up_the_dead_load_is_followed_to_zero(steps):
     """A block of 0.5 m × 2 m, with a tie of 8 kN to a beam behind it that is slack first: its moment comes to zero.
 
@@ -249,21 +214,12 @@ def test_a_load_factor_that_falls_below_zero_where_a_tie_breaks_is_zero_there(st
 @pytest.mark.parametrize("steps", [12, 30])
 def test_what_is_left_where_ties_break_that_pulled_late(steps):
     """Bars to posts beside a block of 0.6 m × 3 m go slack, pull, and break: α is tan(atan 0.2 − θ) there."""
-    post = "[0.5, 1, 4] m"
-    posts = [
-        bs.Block.box(f"post {k}", Q_([0.5, y, 0], "m"), post, STONE, fixed=True) for k, y in enumerate((-1.5, 1.5))
-    ]
+    posts = [structures.box(f"post {k}", [0.5, y, 0], [0.5, 1, 4], fixed=True) for k, y in enumerate((-1.5, 1.5))]
     blocks = [box("ground", (-3, 4), (-0.5, 0), fixed=True), box("block", (0, 0.6), (0, 3)), *posts]
-    bars = [
-        bs.Tie(
-            f"bar {k}",
-            (f"post {k}", Q_([0.65, y, 1], "m")),
-            ("block", Q_([0.6, k, 2.8], "m")),
-            yield_force="6 kN",
-            elongation_limit="2 mm",
-        )
-        for k, y in enumerate((-0.5, 1.5))
+    ends = [
+        ((f"post {k}", Q_([0.65, y, 1], "m")), ("block", Q_([0.6, k, 2.8], "m"))) for k, y in enumerate((-0.5, 1.5))
     ]
+    bars = [bs.Tie(f"bar {k}", *both, yield_force="6 kN", elongation_limit="2 mm") for k, both in enumerate(ends)]
     result = run(bs.Model("late", blocks, bs.detect_interfaces(blocks, ROUGH), ties=bars), "block", steps=steps)
 
     def length(angle):

@@ -13,7 +13,7 @@ from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.motion import MovingProblem
 from blockstruct.solvers.step import StepProblem, solve_step
 from blockstruct.statics import Placement, Statics
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, bonded, model_of, push, single_block
 
 
 def test_second_moments_of_a_box():
@@ -22,30 +22,42 @@ def test_second_moments_of_a_box():
     assert block.shape.second_moments == pytest.approx(expected, abs=1e-12)
 
 
+def at(model, direction, height=0.0):
+    """What moves, and the model whose last block is at a height above its place."""
+    case = bs.Pushover("push", SELF_WEIGHT, push(*direction), control=(model.blocks[-1].name, direction))
+    statics = Statics.of(model)
+    moving, rest = MovingProblem(statics, LimitProblem.of(statics, case), case), Placement.of(model)
+    position = rest.position.copy()
+    position[-1, 2] += height
+    placement = Placement(position, rest.rotation)
+    lengths = moving.lengths(placement)
+    return moving, moving.at(placement, 0.1, lengths, lengths)
+
+
+def step_of(moving, there, inertia, **more):
+    """A step from no forces, of so many times the inertia."""
+    problem = there.problem
+    return StepProblem(
+        problem=problem,
+        gap=there.contacts.gap * problem.force_unit,
+        slack=np.zeros(0),
+        inertia=sp.csr_array(moving.inertia * inertia),
+        force=np.zeros((problem.n_points, 3)),
+        compliance=moving.compliance,
+        displacement=None,
+        **more,
+    )
+
+
 @pytest.mark.parametrize(("height", "falls"), [(1.0, 0.02), (0.05, 0.02), (0.01, 0.01)])
 def test_a_block_falls_until_it_rests(height, falls):
     """In a time h with g h² = 20 mm: by 20 mm, or by 10 mm onto the ground, whose reaction is half of the weight.
 
     A metre above the ground there are no contacts at all.
     """
-    blocks, joint = single_block(0.3, 1.5)
-    model = model_of(blocks, joint)
-    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)))
-    statics = Statics.of(model)
-    moving, rest = MovingProblem(statics, LimitProblem.of(statics, case), case), Placement.of(model)
-    above = Placement(rest.position + np.array([[0, 0, 0], [0, 0, height]]), rest.rotation)
-    lengths = moving.lengths(above)
-    there = moving.at(above, 0.1, lengths, lengths)
+    moving, there = at(model_of(*single_block(0.3, 1.5)), (1, 0, 0), height)
     problem = there.problem
-    step = StepProblem(
-        problem=problem,
-        gap=there.contacts.gap * problem.force_unit,
-        slack=np.zeros(0),
-        inertia=sp.csr_array(moving.inertia / (0.02 / STANDARD_GRAVITY)),
-        force=np.zeros((problem.n_points, 3)),
-        compliance=moving.compliance,
-        displacement=None,
-    )
+    step = step_of(moving, there, STANDARD_GRAVITY / 0.02)
     found = solve_step(step, np.zeros(problem.A.shape[0]))
     assert there.twist(found.u)[1, 2] == pytest.approx(-falls, rel=1e-3)
     assert found.x[:, 0].sum() == pytest.approx(1 - falls / 0.02, abs=1e-3)
@@ -58,28 +70,10 @@ def test_a_block_falls_until_it_rests(height, falls):
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0)])
 def test_half_of_a_wall_gives_the_step_of_the_whole(direction):
     """A wall in its plane has its middle plane as mirror, a wall pushed across the plane at half of its length."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.courses(
-        [[1, 1], [0.5, 1, 0.5], [1, 1]], unit_length="0.4 m", unit_height="0.2 m", thickness="0.3 m", material=stone
-    )
-    model = model_of(blocks, bs.JointMaterial("dry", 0.6))
-    case = bs.Pushover("push", SELF_WEIGHT, push(*direction), control=(blocks[-1].name, direction))
-    statics = Statics.of(model)
-    moving, rest = MovingProblem(statics, LimitProblem.of(statics, case), case), Placement.of(model)
-    lengths = moving.lengths(rest)
-    there = moving.at(rest, 0.1, lengths, lengths)
+    moving, there = at(model_of(bonded(2, 3, "0.3 m"), bs.JointMaterial("dry", 0.6)), direction)
     problem = there.problem
     assert there.mirror.half.n_points < 0.6 * problem.n_points
-    step = StepProblem(
-        problem=problem,
-        gap=there.contacts.gap * problem.force_unit,
-        slack=np.zeros(0),
-        inertia=sp.csr_array(moving.inertia / 10),
-        force=np.zeros((problem.n_points, 3)),
-        compliance=moving.compliance,
-        displacement=None,
-        load_factor=0.1,
-    )
+    step = step_of(moving, there, 0.1, load_factor=0.1)
     still = np.zeros(problem.A.shape[0])
     whole, half = (solve_step(replace(step, mirror=mirror), still) for mirror in (None, there.mirror))
     assert half.x == pytest.approx(whole.x, abs=1e-6)

@@ -12,9 +12,8 @@ from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from random_structures import structure
-from structures import SELF_WEIGHT, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, bonded, model_of, push, single_block, solve
 
-ROWS = [[1, 1, 1] if j % 2 == 0 else [0.5, 1, 1, 0.5] for j in range(5)]
 FORCES = ("blockstruct.procedures.closing._forces_nearby", lambda *_: None)
 MECHANISM = ("blockstruct.procedures.closing._mechanism_nearby", lambda *_: None)
 
@@ -32,8 +31,7 @@ class Counting(ClarabelSolver):
 
 
 def wall(tuff, joint=None):
-    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    return model_of(blocks, joint or bs.JointMaterial("dry", 0.65))
+    return model_of(bonded(3, 5, material=tuff), joint or bs.JointMaterial("dry", 0.65))
 
 
 def problem_of(model, variable):
@@ -180,14 +178,9 @@ def test_a_block_that_slides_has_all_its_friction():
     assert np.abs(problem.unbalanced(x, np.zeros(0), load_factor)).max() < 1e-8
     assert x[:, 0].sum() == pytest.approx(1.0, rel=1e-8)
     assert (np.hypot(x[:, 1], x[:, 2]) <= problem.friction * x[:, 0]).all()
-
-
-def test_no_forces_are_found_where_there_are_none():
-    """At 1.05 times its friction nothing holds a block."""
+    # At 1.05 times its friction nothing holds a block.
     assert sliding(0.42, 1e-9)[1] is None
-
-
-def test_forces_that_cost_nothing_are_left_where_they_balance():
+    # Forces that cost nothing are left where they balance.
     problem, (x, load_factor, _) = sliding(0.3, 1e-9, price=0.0)
     assert load_factor == pytest.approx(0.3, rel=1e-6)
     assert np.abs(problem.unbalanced(x, np.zeros(0), load_factor)).max() < 1e-8

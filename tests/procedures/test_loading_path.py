@@ -9,10 +9,9 @@ from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Stage
-from structures import SELF_WEIGHT, STONE, box, extruded, model_of, moved, push, rotation, single_block, solve
+from structures import SELF_WEIGHT, STONE, bonded, box, model_of, moved, push, rotation, single_block, solve
 
 PATH, STEPS = {"procedure": "loading path"}, ("splitting", "interior point")
-ROWS = [[1, 1], [0.5, 1, 0.5], [1, 1]]
 
 
 @pytest.fixture(scope="module")
@@ -43,33 +42,6 @@ def test_single_block(b, h, mu):
 
 def test_a_block_that_is_lifted_leaves_no_force():
     assert exact(along_path(model_of(*single_block(0.4, 1.0, mu=0.5)), push(0, 0, 1))) == pytest.approx(1, rel=1e-6)
-
-
-WEAK = bs.JointMaterial("joint", 0.8, compressive_strength=Q_(100, "kPa"))
-
-
-def test_block_that_crushes_at_a_corner():
-    """Pushed along the diagonal of its square base: ``(b − α h / √2)² = W / f_c`` with the biaxial interaction."""
-    model, diagonal = model_of(single_block(0.3, 1.0, 0.3)[0], WEAK), push(0.5**0.5, 0.5**0.5, 0)
-    found = along_path(model, diagonal, crushing_interaction="biaxial")
-    # W / f_c = 20 kN/m³ · 0.09 m³ / 100 kPa
-    assert exact(found) == pytest.approx(2**0.5 * (0.3 - 0.018**0.5), rel=1e-5)
-
-
-def test_block_that_crushes_in_cells():
-    """A triangular prism that rocks towards a corner, between 256 cells' safe side and the exact stress block.
-
-    Nothing slides, so that forces and load factor are those of the associative program.
-    """
-    B, D, h, share = 0.6, 0.5, 0.8, 0.25
-    wedge = extruded("wedge", [(0, -B / 2), (D, 0), (0, B / 2)], 0, h)
-    ground = box("ground", [-1, -1, -1], [3, 3, 1], fixed=True)
-    model = model_of([ground, wedge], bs.JointMaterial("soft", 0.9, compressive_strength=Q_(20e3 * h / share, "Pa")))
-    found = exact(along_path(model, push(1, 0, 0), crushing_cells=256))
-    # The stressed tip of length d has the area B d² / (2 D) = W / f_c, the weight stands at D / 3.
-    d = D * share**0.5
-    assert found == pytest.approx(solve(model, push(1, 0, 0), crushing_cells=256).load_factor, rel=1e-5)
-    assert 0.97 < found / ((2 / 3) * (D - d) / (h / 2)) < 1 + 1e-7
 
 
 def test_arch_has_its_associative_load_factor():
@@ -125,11 +97,9 @@ def test_displacement_is_in_the_history(small_model):
 
 
 def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
-    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-
     def path(stiffness):
         joint = bs.JointMaterial("lime", 0.65, normal_stiffness=stiffness, shear_stiffness=0.4 * stiffness)
-        history = along_path(model_of(blocks, joint), push(1, 0, 0)).history
+        history = along_path(model_of(bonded(2, 3, material=tuff), joint), push(1, 0, 0)).history
         return history.where(history["stage"] == "loading_path", drop=True)
 
     soft, stiff = path(Q_(1, "MPa/mm")), path(Q_(10, "MPa/mm"))
@@ -243,16 +213,13 @@ def test_a_load_factor_that_rises_after_a_plateau_is_followed_to_its_end(ratio):
     result = along_path(*two_blocks_in_turn(ratio))
     assert exact(result) == pytest.approx(1.0, rel=1e-5)
     assert result.settled
-
-
-def test_a_closed_state_that_is_not_that_of_the_path_is_not_its_end():
-    """The load factor stays within 0.5 % of 0.5 for a decade, where the rigid structure carries twice as much."""
-    history = along_path(*two_blocks_in_turn(2e-4)).history
-    stages, alpha = history["stage"].to_numpy().tolist(), history.load_factor.to_numpy()
-    closed = stages.index("admissible")
-    assert alpha[closed - 2] == pytest.approx(0.5, rel=1e-2)
-    assert alpha[closed] == pytest.approx(1.0, rel=1e-4)
-    assert stages[closed + 1] == "loading_path"
+    if ratio == 2e-4:
+        # It stays within 0.5 % of 0.5 for a decade, where a closed state, not that of the path, carries twice as much.
+        stages, alpha = result.history["stage"].to_numpy().tolist(), result.history.load_factor.to_numpy()
+        closed = stages.index("admissible")
+        assert alpha[[closed - 2, closed]] == pytest.approx([0.5, 1.0], rel=1e-2)
+        assert alpha[closed] == pytest.approx(1.0, rel=1e-4)
+        assert stages[closed + 1] == "loading_path"
 
 
 @pytest.mark.parametrize("steps", STEPS)
@@ -302,15 +269,6 @@ def test_drift_is_the_range_of_the_last_load_factors(corner, dry):
     assert max(last) - min(last) <= 1e-2 * result.load_factor
 
 
-def test_a_structure_that_falls_by_itself_is_told_so(dry):
-    ground, block = box("ground", [0, 0, -0.5], [1, 1, 0.5], fixed=True), box("block", [0.8, 0, 0], [1, 1, 0.3])
-    model = model_of([ground, block], dry)
-    assert along_path(model, push(1, 0, 0)).status == "unstable_under_dead_load"
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
-    program = ConicProgram(LimitProblem.of(Statics.of(model), case), settings := bs.ProcedureSettings())
-    assert SplittingPath(program, settings).dead_load is None
-
-
 def test_two_leaves_with_a_collar_between_each_alone_and_the_bound():
     """Without dilatancy a collar joint holds no more than what the dead load presses its leaves together with.
 
@@ -334,7 +292,8 @@ def test_two_leaves_with_a_collar_between_each_alone_and_the_bound():
     assert exact(result) == pytest.approx(0.1, rel=2e-3)
 
 
-def test_result_tells_what_the_path_depends_on(small_model, dead, tmp_path):
+def test_result_tells_what_the_path_depends_on(small_model, small_analysis, dead, tmp_path):
+    assert small_analysis["push nonassociative"].path_dependence is None
     case = bs.LimitCase("push", dead, push(1, 0, 0), "nonassociative")
     analysis = bs.AnalysisManager(small_model, tmp_path / "a.h5").run([case], spread=True)
     spread = analysis.spread("push")
@@ -348,16 +307,6 @@ def test_result_tells_what_the_path_depends_on(small_model, dead, tmp_path):
     assert spread.headline.range in analysis["push"].describe()
     assert high <= low * 1.01
     assert high <= spread.upper_bound.load_factor * (1 + 1e-6)
-
-
-def test_the_loading_path_as_given_is_not_run_twice(small_model, dead):
-    case = bs.LimitCase("push", dead, push(1, 0, 0), "nonassociative")
-    manager = bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(**PATH))
-    spread = manager.run([case], spread=True).spread("push")
-    assert list(spread.runs) == ["as given", "half steps", "shear ratio 0.2", "shear ratio 1"]
-    low, high = spread.given.path_dependence
-    assert low <= spread.load_factor <= high
-    assert manager.run([case])["push"].path_dependence is None
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
@@ -404,21 +353,20 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("columns", "rows"), [(20, 40), (40, 60)])
-def test_large_walls_end_where_tight_steps_lead(monkeypatch, tuff, dry, columns, rows):
-    """820 and 2,430 bricks in running bond: the last step with five times the patience is within 0.3 %.
+def test_a_large_wall_ends_where_tight_steps_lead(monkeypatch, tuff, dry):
+    """2,430 bricks in running bond: the last step with five times the patience is within 0.3 %.
 
-    Closing such a path may lose 0.4 %: the mechanism with friction frozen at its last step is another one.
+    Closing such a path may lose 0.4 %: the mechanism with friction frozen at its last step is another one. Without
+    acceleration of the steps its forces swing for ever, and the load factor between 0.397 and 0.407.
     """
-    bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    model = model_of(blocks, dry)
+    model = model_of(bonded(40, 60, material=tuff), dry)
     found = along_path(model, push(1, 0, 0))
     assert found.settled
+    assert exact(found) == pytest.approx(0.405, rel=1e-2)
     monkeypatch.setattr("blockstruct.procedures.splitting_path.PATIENCE", 400)
     tight = along_path(model, push(1, 0, 0)).history
     last = tight["load_factor"].where(tight["stage"] == Stage.LOADING_PATH.value, drop=True)[-1]
-    assert exact(found) == pytest.approx(float(last), rel=3e-3)
+    assert found.load_factor == pytest.approx(float(last), rel=3e-3)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")

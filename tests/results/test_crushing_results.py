@@ -71,13 +71,11 @@ def test_cells_agree_with_the_rectangle():
 def test_utilisation_of_mortar_is_the_share_of_all_forces():
     """Push and weight grow together by 1 / utilisation until the block that rests on mortar is at its limit."""
     fc, ft, b, push_x = 2e5, 5e4, 0.5, 0.3
-    joint = bs.JointMaterial(
-        "mortar", 2.0, cohesion="1 MPa", tensile_strength=Q_(ft, "Pa"), compressive_strength=Q_(fc, "Pa")
-    )
-    model = model_of(single_block(b, 1.0)[0], joint)
+    strengths = {"cohesion": "1 MPa", "tensile_strength": Q_(ft, "Pa"), "compressive_strength": Q_(fc, "Pa")}
+    model = model_of(single_block(b, 1.0)[0], bs.JointMaterial("mortar", 2.0, **strengths))
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.BodyForce((1, 0, 0), share=push_x)])
     both = bs.LoadPattern("both", [bs.BodyForce((0, 0, -1)), bs.BodyForce((1, 0, 0), share=push_x)])
-    more = bs.AnalysisManager(model).run([bs.LimitCase("more", dead, both, "associative")])["more"]
+    more = solve(model, both, dead=dead)
     N = more.resultants.force.sel(component="n")[-1].item()
     assert pytest.approx((1 + more.load_factor) * 20e3 * b) == N
     history = more.history.isel(iteration=[-1]).copy(deep=True)

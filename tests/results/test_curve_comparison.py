@@ -19,11 +19,11 @@ EVEN = np.linspace(0, 1, 21)
 UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.5001, 0.503], np.linspace(0.6, 1, 5)])
 
 
-def parts(d, load_factor, procedure="fictitious", dissipation=0.0, energy_error=0.0, **ties):
+def parts(d, load_factor, procedure="fictitious", dissipation=0.0, energy_error=0.0, collapse=np.nan, **ties):
     """Doubtful parts of a curve over d, without friction and without error of its energy by default."""
     values = {"load_factor": load_factor, "dissipation": dissipation, "energy_error": energy_error}
     curve = {name: ("step", np.broadcast_to(v, d.shape)) for name, v in values.items()}
-    return doubtful_parts(xr.Dataset({**curve, **ties}, coords={"displacement": ("step", d)}), procedure)
+    return doubtful_parts(xr.Dataset({**curve, **ties}, coords={"displacement": ("step", d)}), procedure, collapse)
 
 
 @pytest.mark.parametrize("d", [EVEN, UNEVEN])
@@ -50,11 +50,8 @@ def test_a_jump_has_its_load_factors_and_its_displacement(d, share):
     load_factor = 0.3 * (1 - d) + 0.3 * share * (d > 0.4)
     (jump,) = parts(d, load_factor)
     k = int((d > 0.4).argmax())
-    assert (jump.doubt, jump.displacement, jump.load_factor) == (
-        "leaps",
-        (*d[k - 1 : k + 1],),
-        (*load_factor[k - 1 : k + 1],),
-    )
+    ends = slice(k - 1, k + 1)
+    assert (jump.doubt, jump.displacement, jump.load_factor) == ("leaps", (*d[ends],), (*load_factor[ends],))
     assert parts(d, 0.3 * (1 - d) + 0.3 * share * (d > 0))[-1].displacement == (0, d[1])
     # Rounding may put a state on its way.
     between = 0.3 * (1 - EVEN) + 0.3 * share * ((EVEN > 0.38) + 1.0 * (EVEN > 0.42)) / 2
@@ -69,6 +66,12 @@ def test_a_control_point_that_goes_back():
     assert (back.doubt, back.displacement) == ("goes_back", (1.0, 0.97))
     assert parts(-d, load_factor)[0].displacement == (-1.0, -0.97)
     assert parts(d[:-1], load_factor[:-1]) == []
+
+
+def test_a_curve_that_begins_above_the_collapse_state():
+    (begun,) = parts(EVEN, 0.3 - 0.2 * EVEN, collapse=0.25)
+    assert (begun.doubt, begun.load_factor) == ("begins_above", (0.25, 0.3))
+    assert parts(EVEN, 0.3 - 0.2 * EVEN, collapse=0.299) == parts(EVEN, 0.3 - 0.2 * EVEN, collapse=0.35) == []
 
 
 @pytest.mark.parametrize(("before", "after", "doubt"), [(0.0, 0.0, "leaps"), (0.3, 0.0, "slips"), (0.0, 0.2, "slips")])

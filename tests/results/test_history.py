@@ -61,9 +61,8 @@ def test_forces_are_in_equilibrium(result, small_model):
     last = result.history.isel(iteration=-1)
     index = last.interface_of_contact_point.to_numpy()
     force = np.einsum("kc,kca->ka", last.contact_force, last.interface_frame.to_numpy()[index])
-    total = np.zeros((len(small_model.blocks), 3))
+    total, names = np.zeros((len(small_model.blocks), 3)), [b.name for b in small_model.blocks]
     for i, interface in enumerate(small_model.interfaces):
-        names = [b.name for b in small_model.blocks]
         total[names.index(interface.plus)] += force[index == i].sum(axis=0)
         total[names.index(interface.minus)] -= force[index == i].sum(axis=0)
     weight = np.array([b.weight for b in small_model.blocks])
@@ -95,9 +94,8 @@ def test_relative_velocity_is_that_of_the_blocks(result):
         u, w = (h[what][blocks.index(name)].to_numpy() for what in ("block_velocity", "block_angular_velocity"))
         v.append(u + np.cross(w, p - h.block_position[blocks.index(name)].to_numpy()))
     expected = h.interface_frame[interface].to_numpy() @ (v[1] - v[0])
-    assert h.relative_velocity[k].to_numpy() == pytest.approx(
-        expected, abs=1e-9 * float(abs(h.relative_velocity).max())
-    )
+    rounding = 1e-9 * float(abs(h.relative_velocity).max())
+    assert h.relative_velocity[k].to_numpy() == pytest.approx(expected, abs=rounding)
 
 
 def test_resultants_take_selections(result):
@@ -118,32 +116,9 @@ def test_mechanism_is_normalised(result):
     assert translation.sel(axis="x").sum() > 0
 
 
-def test_an_uplifted_interface_is_open(tuff, dry):
-    blocks = bs.courses([[1], [1]], unit_length="1 m", unit_height="1 m", thickness="1 m", material=tuff)
-    model = bs.Model("stack", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
-    lift = bs.LoadPattern("lift", [bs.PointLoad("2.1", ["0.5 m", "0.5 m", "2 m"], ["0 N", "0 N", "1 kN"])])
-    result = solve(model, lift, "nonassociative")
-    assert result.load_factor == pytest.approx(12.0, rel=1e-6)
-    assert result.states.isel(iteration=-1).sel(interface="1.1|2.1") == "open"
-    assert result.states.isel(iteration=-1).sel(interface="base|1.1") == "sticking"
-
-
-def final_state(history, interface):
-    return bs.results.contact_state(history.isel(iteration=[-1])).sel(interface=interface).item()
-
-
 @pytest.fixture(scope="module")
 def sliding():
     return solve(model_of(*single_block(1.0, 0.5)), push(1, 0, 0)).history
-
-
-@pytest.mark.parametrize(("height", "state"), [(0.5, "sliding"), (2.0, "hinge")])
-@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
-def test_a_block_slides_below_its_slenderness_and_rocks_above(height, state, flow):
-    """Along a joint without dilatancy it falls at the smaller of μ and b / h."""
-    result = solve(model_of(*single_block(1.0, height)), push(1, 0, 0), flow)
-    assert result.load_factor == pytest.approx(min(0.65, 1 / height), rel=1e-3)
-    assert final_state(result.history, "ground|block") == state
 
 
 @pytest.mark.parametrize("share", [0.0, 0.005, 0.02, 0.1])
@@ -151,7 +126,7 @@ def test_a_joint_that_bears_and_slides_is_closed(sliding, share):
     """A solver lifts a block within its tolerance; the weight that the joint carries shows that it does not rise."""
     lifted = sliding.copy(deep=True)
     lifted["relative_velocity"].loc[{"component": "n"}] += share * np.abs(lifted["relative_velocity"]).max()
-    assert final_state(lifted, "ground|block") == "sliding"
+    assert bs.results.contact_state(lifted.isel(iteration=[-1])).item() == "sliding"
 
 
 NAME = "push nonassociative"
@@ -169,9 +144,7 @@ def test_convergence(history):
     assert np.isnan(table["change"].iloc[0])
     np.testing.assert_allclose(table["change"].iloc[3:], alpha[3:] / alpha[2:-1] - 1)
     assert table["stage"].iloc[0] == "associative"
-
-
-def test_a_change_counts_from_the_last_solved_program(history):
+    # A change counts from the last solved program.
     alpha = xr.DataArray([2.0, np.nan, 3.0], dims="iteration", attrs=history.load_factor.attrs)
     failed = history.isel(iteration=[0, 1, 2]).assign(load_factor=alpha)
     np.testing.assert_allclose(failed.blockstruct.convergence()["change"], [np.nan, np.nan, 0.5])
@@ -183,10 +156,8 @@ def test_what_fails_and_when_it_first_did(history, small_analysis):
         first = history.blockstruct.first(state)
         for i in range(history.sizes["iteration"]):
             names = history.blockstruct.interfaces(state, i)
-            here = states.isel(iteration=i)
-            assert names == [
-                n for n, s in zip(here.interface.values, here.values, strict=True) if state in s.split(" + ")
-            ]
+            here = states.isel(iteration=i).to_series()
+            assert names == [n for n, s in here.items() if state in s.split(" + ")]
             assert set(first.index[first == i]) == set(names) - set(first.index[first < i])
     assert history.blockstruct.interfaces("sliding")
     assert history.blockstruct.first("unknown").empty
@@ -197,18 +168,11 @@ def test_a_block_that_rocks_never_slides():
     assert history.blockstruct.interfaces("hinge") == ["ground|block"]
     assert history.blockstruct.first("hinge").to_dict() == {"ground|block": 0}
     assert history.blockstruct.interfaces("sliding") == []
-    # Closed form: the block stands on the edge it turns about, 0.25 m from its centre, with 0.5·2·20 kN.
-    found = history.blockstruct.resultants("ground|block")
-    assert found["force"][0, 0].to("kN").magnitude == pytest.approx(20, rel=1e-6)
-    assert np.hypot(*found["eccentricity"][0].to("cm").magnitude) == pytest.approx(25, rel=1e-5)
+    # Pushed by 0.25 of its weight it uses 0.25 / 0.65 of the friction.
+    assert history.blockstruct.top()["ground|block"] == pytest.approx(0.25 / 0.65, rel=1e-5)
+    # Closed form: the block stands on the edge it turns about with 0.5·2·20 kN.
     forces = history.blockstruct.quantity("contact_force", contact_point="ground|block", component="n")
     assert forces.sum().to("kN").magnitude == pytest.approx(20, rel=1e-6)
-
-
-def test_the_most_used_interfaces():
-    """A block on a table tilted to 0.4 of its weight, μ = 0.65: 0.4 / 0.65 of the friction is used before it rocks."""
-    history = solve(model_of(*single_block(0.4, 1.0)), push(1, 0, 0)).history
-    assert history.blockstruct.top()["ground|block"] == pytest.approx(0.4 / 0.65, rel=1e-5)
 
 
 def test_forces_and_resultants_of_an_interface(history, small_analysis):
@@ -223,11 +187,6 @@ def test_forces_and_resultants_of_an_interface(history, small_analysis):
     assert history.blockstruct.resultants(name)["moment"].units == bs.units.ureg.newton * bs.units.ureg.meter
 
 
-def exact(path, columns):
-    """Numbers of a file to their last digit, which pandas before 3 rounds."""
-    return pd.read_csv(path, dtype=str)[columns].astype(float)
-
-
 @pytest.mark.parametrize("variable", [None, "contact_force", "state", "moment"])
 def test_exports(history, tmp_path, variable):
     path = history.blockstruct.export(tmp_path / "h.csv", variable)
@@ -235,13 +194,11 @@ def test_exports(history, tmp_path, variable):
     found = pd.read_csv(path, index_col=list(range(frame.index.nlevels)))
     assert found.shape == frame.shape
     numbers = found.select_dtypes("number").columns
-    np.testing.assert_allclose(exact(path, numbers), frame[numbers].astype(float), rtol=1e-14)
-
-
-def test_export_to_netcdf(history, tmp_path):
-    path = history.blockstruct.export(tmp_path / "h.nc")
-    with xr.open_dataset(path, engine="h5netcdf") as found:
-        assert found.load().identical(history)
+    # As texts: pandas before 3 rounds the last digit.
+    exact = pd.read_csv(path, dtype=str)[numbers].astype(float)
+    np.testing.assert_allclose(exact, frame[numbers].astype(float), rtol=1e-14)
+    with xr.open_dataset(history.blockstruct.export(tmp_path / "h.nc"), engine="h5netcdf") as again:
+        assert again.load().identical(history)
 
 
 @pytest.mark.parametrize(
@@ -297,18 +254,12 @@ def test_what_is_not_reproduced_is_told(small_analysis):
 
 
 def test_no_name_in_a_csv_file_is_a_formula(tmp_path):
-    """Spreadsheets run a text that begins with = + - or @; numbers stay numbers, negative ones too."""
+    """Spreadsheets run a text that begins with = + - or @."""
     blocks, joint = single_block(0.5, 1.0)
     renamed = [bs.Block(f"{sign}{b.name}", b.shape, b.material, b.fixed) for sign, b in zip("=@", blocks, strict=True)]
     history = solve(model_of(renamed, joint), push(1, 0, 0)).history
     path = history.blockstruct.export(tmp_path / "h.csv", "contact_force")
-    frame = history.blockstruct.frame("contact_force").reset_index()
-    numbers = frame.select_dtypes("number").columns
-    np.testing.assert_array_equal(exact(path, numbers), frame[numbers])
     assert set(pd.read_csv(path)["interface_of_contact_point"]) == {"'=ground|@block"}
-
-
-def test_formulas_of_every_kind_are_texts():
     texts = ["=1+1", "-2", "-x", "+1e-3", "@SUM(A1)", "\tx", "x=1", None]
     frame = pd.DataFrame({"=a": texts, "n": [-1.5] * 8}, index=[f"-{k}+" for k in range(8)])
     back = pd.read_csv(io.StringIO(csv_text(frame)), index_col=0)

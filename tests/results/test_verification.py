@@ -44,62 +44,45 @@ def moving(value):
     return change
 
 
+def times(variable, factor, at=slice(None)):
+    """Change a variable of the history by a factor, everywhere or at one place."""
+    return lambda _: {"history": lambda history: history[variable].to_numpy()[at].__imul__(factor)}
+
+
 def certificate(analysis, **changes):
     return {"certificate": replace(analysis[NAME].certificate, **changes)}
 
 
 LIES = {
-    "a load factor times ten": (lambda a: {"load_factor": 10 * a[NAME].load_factor}, ["load factor is"]),
+    "a load factor times ten": (lambda a: {"load_factor": 10 * a[NAME].load_factor}, "load factor is"),
     "a load factor times ten in the history too": (
         lambda a: {"load_factor": 10 * a[NAME].load_factor, "history": last("load_factor", "10")},
-        ["equilibrium residual"],
+        "equilibrium residual",
     ),
-    "final forces all zero": (lambda a: {"history": last("contact_force", 0.0)}, ["equilibrium residual"]),
-    "yield excess of a billion": (lambda a: certificate(a, yield_excess=1e9), ["yield excess of the certificate"]),
-    "yield excess of a billion in the history": (
-        lambda a: {"history": last("yield_excess", 1e9)},
-        ["yield excess of the history"],
-    ),
-    "a residual that is not a number": (
-        lambda a: certificate(a, equilibrium_residual=np.nan),
-        ["equilibrium residual of the certificate is nan"],
-    ),
-    "a gap below zero": (lambda a: certificate(a, flow_rule_gap=-1.0), ["flow rule gap"]),
-    "a certificate that does not hold": (lambda a: certificate(a, holds=False), ["the stored certificate"]),
-    "no certificate": (lambda _: {"certificate": None}, ["no certificate"]),
-    "velocities all zero": (lambda _: {"history": moving(0.0)}, ["does not hold"]),
-    "other relative velocities": (lambda a: {"history": last("relative_velocity", "1.1")}, ["relative velocities"]),
-    "other relative velocities of the second iteration": (
-        lambda _: {"history": lambda h: h.relative_velocity.to_numpy()[1].__imul__(1.1)},
-        ["relative velocities of iteration 1"],
-    ),
-    "another mechanism of the second iteration": (
-        lambda _: {"history": lambda h: h.block_velocity.to_numpy()[1].__imul__(1.1)},
-        ["relative velocities of iteration 1"],
-    ),
-    "velocities turned round": (lambda _: {"history": moving("-1")}, ["flow rule gap"]),
-    "unbounded": (lambda _: {"status": bs.Status.UNBOUNDED}, ["unbounded, but its load factor"]),
+    "final forces all zero": (lambda a: {"history": last("contact_force", 0.0)}, "equilibrium residual"),
+    "yield excess of a billion": (lambda a: certificate(a, yield_excess=1e9), "yield excess of the certificate"),
+    "yield excess in the history": (lambda a: {"history": last("yield_excess", 1e9)}, "yield excess of the history"),
+    "a residual of nan": (lambda a: certificate(a, equilibrium_residual=np.nan), "residual of the certificate is nan"),
+    "a gap below zero": (lambda a: certificate(a, flow_rule_gap=-1.0), "flow rule gap"),
+    "a certificate that does not hold": (lambda a: certificate(a, holds=False), "the stored certificate"),
+    "no certificate": (lambda _: {"certificate": None}, "no certificate"),
+    "velocities all zero": (lambda _: {"history": moving(0.0)}, "does not hold"),
+    "other relative velocities": (lambda a: {"history": last("relative_velocity", "1.1")}, "relative velocities"),
+    "other relative velocities before": (times("relative_velocity", 1.1, at=1), "relative velocities of iteration 1"),
+    "another mechanism before": (times("block_velocity", 1.1, at=1), "relative velocities of iteration 1"),
+    "velocities turned round": (lambda _: {"history": moving("-1")}, "flow rule gap"),
+    "unbounded": (lambda _: {"status": bs.Status.UNBOUNDED}, "unbounded, but its load factor"),
     "unbounded and infinite": (
-        lambda _: {"status": bs.Status.UNBOUNDED, "load_factor": np.inf, "certificate": None},
-        ["in the last iteration"],
+        lambda _: {"status": bs.Status.UNBOUNDED, "load_factor": np.inf, "certificate": None}, "in the last iteration",
     ),
-    "not converged": (lambda _: {"status": bs.Status.NOT_CONVERGED}, ["not converged, but its load factor"]),
-    "unstable": (
-        lambda _: {"status": bs.Status.UNSTABLE, "load_factor": np.nan},
-        ["not a dead-load program"],
-    ),
-    "a negative load factor": (lambda _: {"load_factor": -0.5}, ["converged, but its load factor is -0.5"]),
-    "another friction": (
-        lambda _: {"history": lambda h: h.friction_coefficient.to_numpy().__imul__(2.0)},
-        ["friction_coefficient of the history"],
-    ),
-    "contacts elsewhere": (
-        lambda _: {"history": lambda h: h.contact_point_position.to_numpy().__iadd__(1.0)},
-        ["contact_point_position of the history"],
-    ),
+    "not converged": (lambda _: {"status": bs.Status.NOT_CONVERGED}, "not converged, but its load factor"),
+    "unstable": (lambda _: {"status": bs.Status.UNSTABLE, "load_factor": np.nan}, "not a dead-load program"),
+    "a negative load factor": (lambda _: {"load_factor": -0.5}, "converged, but its load factor is -0.5"),
+    "another friction": (times("friction_coefficient", 2.0), "friction_coefficient of the history"),
+    "contacts elsewhere": (times("contact_point_position", 2.0), "contact_point_position of the history"),
     "other loads": (
         lambda a: {"case": attrs.evolve(a[NAME].case, variable=bs.LoadPattern("push", [bs.BodyForce("+x", 2)]))},
-        ["equilibrium residual"],
+        "equilibrium residual",
     ),
 }  # fmt: skip
 
@@ -110,7 +93,7 @@ def test_a_result_that_contradicts_its_state_is_found(small_analysis, tmp_path, 
     lying = tampered(small_analysis, **changes(small_analysis))
     found = bs.results.contradictions(lying)
     assert {name for name, _ in found} == {NAME}
-    assert any(word in what for word in words for _, what in found), found
+    assert any(words in what for _, what in found), found
     with pytest.raises(bs.errors.CertificateError, match="push nonassociative"):
         bs.save_analysis(lying, tmp_path / "lie.h5")
     assert not list(tmp_path.iterdir())
@@ -135,8 +118,11 @@ def test_changed_cells_are_found():
         assert any(case == "push" and what.startswith(f"{name} of the history") for case, what in found)
 
 
+FEW_PROGRAMS = {"procedure": "fictitious", "max_programs": 4, "gap_tolerance": 0.0}
+
+
 def falling_block():
-    blocks = [box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0], [1, 1, 1])]
+    blocks = [box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0])]
     return model_of(blocks, bs.JointMaterial("joint", 0.65))
 
 
@@ -149,12 +135,7 @@ def falling_block():
         (model_of(*single_block(2.0, 1.0, mu=0.0)), (1, 0, 0), "converged", {}),
         (model_of(*single_block(2.0, 1.0)), (0, 0, -1), "unbounded", {}),
         (falling_block(), (1, 0, 0), "unstable_under_dead_load", {}),
-        (
-            model_of(*single_block(0.5, 1.0)),
-            (1, 0, 0),
-            "not_converged",
-            {"procedure": "fictitious", "max_programs": 4, "gap_tolerance": 0.0},
-        ),
+        (model_of(*single_block(0.5, 1.0)), (1, 0, 0), "not_converged", FEW_PROGRAMS),
     ],
 )
 def test_honest_results_of_every_status_pass(model, direction, status, settings, flow, tmp_path):

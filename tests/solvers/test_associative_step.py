@@ -12,7 +12,7 @@ from blockstruct.limit.certificate import certify
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.solvers.interior_point import ContactProblem, Step
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, bonded, model_of, push, single_block
 
 #: Of the load factor, relative: the loop stops at a gap of a millionth of the work.
 EXACT = 1e-6
@@ -53,10 +53,7 @@ def test_forces_are_admissible_whatever_the_mechanism(measure, value, admissible
 
 
 def wall(strength):
-    tuff = bs.Material("tuff", "12 kN/m^3")
-    rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 2
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    return model_of(blocks, bs.JointMaterial("joint", 0.65, compressive_strength=strength))
+    return model_of(bonded(3, 4), bs.JointMaterial("joint", 0.65, compressive_strength=strength))
 
 
 def tied_wall():

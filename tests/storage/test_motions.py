@@ -10,6 +10,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseStarted, StateDone, StepDone
 from blockstruct.storage.file import folder_of
+from properties import slow_after
 from structures import (
     SELF_WEIGHT,
     block_on_a_bar,
@@ -150,56 +151,32 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     assert write_report(analysis, tmp_path / "report.html").exists()
 
 
-def sliding_to_a_stop():
-    """A block slides until it meets a low stop, and turns over there."""
-    blocks = [
-        box("ground", [-1, 0, -0.5], [3, 1, 0.5], fixed=True),
-        box("block", [0, 0, 0], [0.4, 1, 0.5]),
-        box("stop", [0.5, 0, 0], [0.1, 1, 0.05], fixed=True),
-    ]
-    return model_of(blocks, bs.JointMaterial("smooth", 0.2)), "block"
+def standing(friction, *boxes):
+    """Model of boxes on the ground, each a name, its x and z from the origin, its size, and whether it is fixed."""
+    ground = box("ground", [-1, 0, -0.5], [6, 1, 0.5], fixed=True)
+    blocks = [box(name, [x, 0, 0], [width, 1, height], fixed=name == "stop") for name, x, width, height in boxes]
+    return model_of([ground, *blocks], bs.JointMaterial("joint", friction))
 
 
-def turning_onto_others():
-    """A tall block falls against one that turns and meets a third."""
-    blocks = [
-        box("ground", [-1, 0, -0.5], [6, 1, 0.5], fixed=True),
-        box("tall", [0, 0, 0], [0.3, 1, 1.2]),
-        box("other", [0.4, 0, 0], [0.5, 1, 1]),
-        box("third", [1, 0, 0], [0.5, 1, 0.4]),
-    ]
-    return model_of(blocks, bs.JointMaterial("rough", 2.0)), "tall"
+#: Structures, their control blocks and steps.
+MOTIONS = {
+    "a block on a bar that yields and breaks": (block_on_a_bar, "block", 6),
+    "a block slides until it meets a low stop, and turns over": (
+        lambda: standing(0.2, ("block", 0, 0.4, 0.5), ("stop", 0.5, 0.1, 0.05)), "block", 4,
+    ),
+    "a tall block falls against one that turns and meets a third": (
+        lambda: standing(2.0, ("tall", 0, 0.3, 1.2), ("other", 0.4, 0.5, 1), ("third", 1, 0.5, 0.4)), "tall", 3,
+    ),
+    "units that slip and rock": (slipping_units, "4.3", 6),
+    "a block that drops onto a ledge": (slid_from_under, "a", 10),
+}  # fmt: skip
 
 
-def on_a_tie():
-    """A block on a bar that yields and breaks."""
-    return block_on_a_bar(), "block"
-
-
-def slipping():
-    """A wall of ten units, which slip and rock."""
-    model = slipping_units()
-    return model, model.blocks[-1].name
-
-
-def dropping():
-    """A block that drops onto a ledge."""
-    return slid_from_under(), "a"
-
-
-@pytest.mark.parametrize("states", [4, pytest.param(10, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    ("structure", "steps"),
-    [
-        (on_a_tie, 6),
-        *(
-            pytest.param(*row, marks=pytest.mark.slow)
-            for row in ((sliding_to_a_stop, 4), (turning_onto_others, 3), (slipping, 6), (dropping, 10))
-        ),
-    ],
-)
-def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, states):
-    model, control = structure()
+@pytest.mark.parametrize("states", slow_after(4, 10))
+@pytest.mark.parametrize("motion", slow_after(*MOTIONS))
+def test_killed_at_any_state_it_is_the_same_curve(tmp_path, motion, states):
+    structure, control, steps = MOTIONS[motion]
+    model = structure()
     case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=(control, (1, 0, 0)), steps=steps)
     path, kept = tmp_path / "run.h5", []
 

@@ -43,17 +43,15 @@ def test_settlements_have_no_load_factors():
     assert np.isnan(mixed["bound"].sel(case="spreads")).all()
     assert (mixed["reaction"].sel(case="spreads") < 0).all()
     assert bs.studies.summary(mixed, below=[0.5])["case"].values.tolist() == ["push"]
-    with pytest.raises(
-        bs.errors.ModelError, match=r"spreads: settlements have no load factors; .*data\.reaction\.quantile"
-    ):
+    told = r"spreads: settlements have no load factors; .*data\.reaction\.quantile"
+    with pytest.raises(bs.errors.ModelError, match=told):
         bs.studies.summary(mixed.sel(case=["spreads"]))
 
 
 def test_schedules_of_a_spread_are_cases_and_leave_the_load_factor_as_it_is():
     """A study tells the runs apart by their case; that of the case itself is the run as given."""
-    study = partial(
-        bs.study, studied.wall, {"friction_coefficient": stats.uniform(0.3, 0.5)}, runs=2, seed=2, workers=1
-    )
+    mu = {"friction_coefficient": stats.uniform(0.3, 0.5)}
+    study = partial(bs.study, studied.wall, mu, runs=2, seed=2, workers=1)
     data, alone = study(spread="steep"), study()
     of_push = data.sel(case=["push", "push [steep]"])
     assert set(of_push.procedure.sel(case="push").values) == {"loading path"}
@@ -158,16 +156,10 @@ def test_a_kink_is_told(small_model):
     assert found.attrs["unique"] == 0
 
 
-def test_a_block_that_rocks_does_not_depend_on_friction():
-    """No friction, no kink: its derivatives are zero, and nothing is warned of."""
-    rocking = bs.run(*studied.block(0.9))["push"]
-    found = bs.studies.first_order(rocking, 0.05)
-    assert found.attrs["unique"] == 1
-    assert found.independent.item() == pytest.approx(0, abs=1e-6)
-
-
 def test_tension_within_the_friction_cone_stays_as_it_is():
-    """A block held by 3 kPa of tension rocks, whatever μ: with 0.6 the cone ends at 67 kPa only."""
+    """A block that rocks does not depend on μ, nor one held by 3 kPa of tension: with 0.6 the cone ends at 67 kPa."""
+    dry = bs.studies.first_order(bs.run(*studied.block(0.9))["push"], 0.05)
+    assert (dry.attrs["unique"], dry.independent.item()) == (1, pytest.approx(0, abs=1e-6))
     mortar = bs.JointMaterial("mortar", 0.6, tensile_strength="3 kPa", cohesion="40 kPa")
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
     found = bs.studies.first_order(bs.run(model_of(single_block(0.5, 2.0)[0], mortar), case)["push"], 0.1)
@@ -236,6 +228,10 @@ def test_a_study_of_records_gives_shares_and_peaks():
     assert np.isinf(found.peak_displacement.sel(scale=2.0, fractile=0.5))
     rows = bs.studies.frame_of(data)
     assert np.isfinite(rows.loc[rows["status"] == "collapses", "collapse_time"]).all()
+    others = xr.Dataset({"status": xr.DataArray([["converged"]], dims=["scale", "case"])})
+    for arguments, words in (((), "RecordCase"), (("factor",), "scale")):
+        with pytest.raises(bs.errors.ModelError, match=words):
+            bs.studies.fragility(others, *arguments)
 
 
 def test_the_interval_is_that_of_clopper_and_pearson():
@@ -244,11 +240,3 @@ def test_the_interval_is_that_of_clopper_and_pearson():
     assert (int(found.records), float(found.share)) == (10, 0.3)
     assert binom.sf(2, 10, float(found.low)) == pytest.approx(0.05)
     assert binom.cdf(3, 10, float(found.high)) == pytest.approx(0.05)
-
-
-def test_a_study_without_records_is_refused():
-    status = xr.DataArray([["converged"]], dims=["scale", "case"])
-    with pytest.raises(bs.errors.ModelError, match="RecordCase"):
-        bs.studies.fragility(xr.Dataset({"status": status}))
-    with pytest.raises(bs.errors.ModelError, match="scale"):
-        bs.studies.fragility(xr.Dataset({"status": status}), "factor")

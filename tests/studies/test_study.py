@@ -87,17 +87,13 @@ def test_finished_runs_are_not_repeated(tmp_path):
     assert (seen[0].done, seen[0].found, seen[-1].done, seen[-1].total) == (3, 3, 4, 4)
 
 
-def other_block(friction_coefficient):
-    return studied.block(friction_coefficient, Q_(2, "m"))
-
-
 @pytest.mark.parametrize("change", ["build", "settings", "what it calls"])
 def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change):
     calls = functools.partial(studied.failing, height=Q_(1, "m"))
     build = calls if change == "what it calls" else studied.block
     parameters = {"friction_coefficient": [0.3, 0.6]}
     bs.study(build, parameters, tmp_path, workers=1)
-    changed, options = (other_block if change == "build" else build), {}
+    changed, options = (functools.partial(studied.block, height=Q_(2, "m")) if change == "build" else build), {}
     if change == "settings":
         options = {"settings": bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))}
     elif change == "what it calls":
@@ -126,9 +122,8 @@ def cut(build, path, values, error=KeyboardInterrupt):
     whose = bs.open_analysis(path).study
     path.unlink()
     model, case = build(**values)
-    manager = bs.AnalysisManager(
-        model, path, parameters=values, study=whose, listeners=[stopping(IterationDone, error=error)]
-    )
+    stop = stopping(IterationDone, error=error)
+    manager = bs.AnalysisManager(model, path, parameters=values, study=whose, listeners=[stop])
     with contextlib.suppress(SystemExit):
         manager.run([case])
 
@@ -204,24 +199,28 @@ def test_a_run_counts_as_found_once_its_file_is_in_place(tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_lists_side_by_side(tmp_path):
-    parameters = {"friction_coefficient": [0.3, 1.2], "height": ["1 m", "0.5 m"]}
-    data = bs.study(studied.block, parameters, sampling="paired", workers=1)
-    assert data.load_factor.dims == ("run", "case")
-    assert load_factors(data) == [0.3, 1.0]
-    assert (data.friction_coefficient.dims, data.height.to_numpy().tolist()) == (("run",), ["1 m", "0.5 m"])
-
-
 def test_samples_follow_from_their_seed():
     parameters = {"friction_coefficient": stats.uniform(0.2, 0.2), "height": Q_(stats.norm(80, 2), "cm")}
-    few, more, other = (
-        bs.study(studied.block, parameters, runs=n, seed=seed, workers=1) for n, seed in ((3, 7), (5, 7), (3, 8))
-    )
+    sizes = (3, 7), (5, 7), (3, 8)
+    few, more, other = (bs.study(studied.block, parameters, runs=n, seed=seed, workers=1) for n, seed in sizes)
     np.testing.assert_array_equal(few.height, more.height[:3])
     assert not np.array_equal(few.height, other.height)
     assert few.height.attrs["units"] == "centimeter"
     assert (few.attrs["sampling"], few.attrs["seed"]) == ("monte carlo", 7)
     np.testing.assert_allclose(few.load_factor.sel(case="push"), few.friction_coefficient, rtol=1e-6)
+
+
+def test_designs_of_lists_and_distributions():
+    """Lists side by side, None as NaN, and a sample in every layer of a Latin hypercube."""
+    parameters = {"friction_coefficient": [0.3, 1.2], "height": ["1 m", "0.5 m"]}
+    data = bs.study(studied.block, parameters, sampling="paired", workers=1)
+    assert (data.load_factor.dims, load_factors(data)) == (("run", "case"), [0.3, 1.0])
+    assert (data.friction_coefficient.dims, data.height.to_numpy().tolist()) == (("run",), ["1 m", "0.5 m"])
+    design = studies.design.design_of({"strength": [None, Q_(200, "kPa")]}, None, None, seed=0)
+    np.testing.assert_array_equal(design.axes["strength"].coordinate, [np.nan, 200])
+    design = studies.design.design_of({"a": stats.uniform(), "b": stats.uniform(10, 1)}, "latin hypercube", 20, seed=0)
+    for name, low in (("a", 0), ("b", 10)):
+        assert sorted(np.floor((design.axes[name].coordinate - low) * 20)) == list(range(20))
 
 
 def test_equal_samples_are_run_once(tmp_path):
@@ -236,18 +235,6 @@ def test_equal_samples_are_run_once(tmp_path):
     assert len(list(tmp_path.glob("*.h5"))) == 2
     assert load_factors(data) == [min(0.3, 0.5 / courses) for courses in data.courses.to_numpy()]
     assert (seen[-1].done, seen[-1].total) == (2, 2)
-
-
-def test_none_is_nan_in_the_coordinate():
-    design = studies.design.design_of({"strength": [None, Q_(200, "kPa")]}, None, None, seed=0)
-    np.testing.assert_array_equal(design.axes["strength"].coordinate, [np.nan, 200])
-
-
-def test_latin_hypercube_samples_every_layer():
-    design = studies.design.design_of({"a": stats.uniform(), "b": stats.uniform(10, 1)}, "latin hypercube", 20, seed=0)
-    for name, low in (("a", 0), ("b", 10)):
-        layers = np.floor((design.axes[name].coordinate - low) * 20)
-        assert sorted(layers) == list(range(20))
 
 
 @pytest.mark.parametrize(
@@ -269,17 +256,21 @@ def test_latin_hypercube_samples_every_layer():
         ({"friction_coefficient": [0.3, 0.4], "height": Q_([1], "m")}, {"sampling": "paired"}, "different lengths"),
         ({"friction_coefficient": stats.norm()}, {"runs": 2, "seed": "x"}, "seed is 'x'"),
         ({"friction_coefficient": [0.3]}, {"settings": "fast"}, "settings are 'fast'"),
-        (
-            {"friction_coefficient": np.linspace(0, 1, 1001), "height": Q_(np.linspace(1, 2, 1000), "m")},
-            {},
-            "1,001,000",
-        ),
+        ({"friction_coefficient": np.linspace(0, 1, 1001), "height": Q_(np.arange(1.0, 1001), "m")}, {}, "1,001,000"),
     ],
 )
 def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options, said):
     with pytest.raises(bs.errors.BlockstructError, match=said):
         bs.study(studied.block, parameters, tmp_path / "store", **options)
     assert not (tmp_path / "store").exists()
+
+
+def test_bad_stores_and_what_build_returns_are_told(tmp_path):
+    with pytest.warns(bs.errors.StudyWarning, match=r"returned 3; return a Model and its cases"):
+        bs.study(lambda mu: 3, {"mu": [1]}, workers=1)
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(bs.errors.StorageError, match="is not a folder to write to"):
+        bs.study(studied.block, MU, tmp_path / "file", workers=1)
 
 
 @pytest.mark.parametrize("varied", [True, False])
@@ -292,17 +283,6 @@ def test_names_of_what_a_study_gives_are_no_parameters(varied):
         parameters = {"friction_coefficient": [0.3, 0.4], name: [1, 2] if varied else 1}
         with pytest.raises(bs.errors.ModelError, match=rf"parameter {name}: "):
             bs.study(build, parameters, workers=1)
-
-
-def test_what_build_returns_is_checked():
-    with pytest.warns(bs.errors.StudyWarning, match=r"returned 3; return a Model and its cases"):
-        bs.study(lambda mu: 3, {"mu": [1]}, workers=1)
-
-
-def test_an_unusable_store_is_refused(tmp_path):
-    (tmp_path / "file").write_text("x")
-    with pytest.raises(bs.errors.StorageError, match="is not a folder to write to"):
-        bs.study(studied.block, MU, tmp_path / "file", workers=1)
 
 
 def test_a_damaged_run_is_told(tmp_path):

@@ -30,11 +30,8 @@ def document(tmp_path):
 
     def write(parameters, **more):
         path = tmp_path / "study.yaml"
-        path.write_text(
-            yaml.safe_dump(
-                {"blockstruct": "study-1", "model": "wall.yaml", "parameters": parameters, **more}, sort_keys=False
-            )
-        )
+        content = {"blockstruct": "study-1", "model": "wall.yaml", "parameters": parameters, **more}
+        path.write_text(yaml.safe_dump(content, sort_keys=False))
         return path
 
     return write
@@ -90,13 +87,12 @@ def test_settlements_of_a_document_print_their_reactions(document, done, tmp_pat
 
 def test_a_lognormal_has_the_mean_that_was_given(document):
     given = {"distribution": "lognormal", "mean": "4 MPa", "standard_deviation": "800 kPa"}
-    place = "joint_materials.lime 1.5.friction_coefficient"
-    found = bs.studies.read_study(document({place: given}, runs=2)).parameters[place]
+    found = bs.studies.read_study(document({MU: given}, runs=2)).parameters[MU]
     assert str(found.units) == "megapascal"
     assert (found.magnitude.mean(), found.magnitude.std()) == pytest.approx((4, 0.8))
     low, mode, high = 0.3, 0.5, 0.9
     given = {"distribution": "triangular", "low": low, "mode": mode, "high": high}
-    found = bs.studies.read_study(document({place: given}, runs=2)).parameters[place]
+    found = bs.studies.read_study(document({MU: given}, runs=2)).parameters[MU]
     assert found.support() == pytest.approx((low, high))
     assert found.mean() == pytest.approx((low + mode + high) / 3)
 

@@ -54,9 +54,8 @@ def test_a_run_that_kills_its_worker_is_a_row(tmp_path):
 
 def test_what_cannot_be_sent_is_refused(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cloudpickle", None)
-    with pytest.raises(
-        bs.errors.StudyError, match=r"<lambda> cannot be sent.*\(\w+: .*blockstruct\[cluster\].*workers=1"
-    ):
+    told = r"<lambda> cannot be sent.*\(\w+: .*blockstruct\[cluster\].*workers=1"
+    with pytest.raises(bs.errors.StudyError, match=told):
         bs.study(lambda mu: studied.block(mu), {"mu": [0.3, 0.4]}, tmp_path, workers=2)
 
 

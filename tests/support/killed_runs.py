@@ -9,14 +9,11 @@ import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.storage import is_unfinished
 from processes import FRESH
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, bonded, model_of, push
 
 
 def wall() -> bs.Model:
-    rows = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5]]
-    tuff = bs.Material("tuff", "12 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=tuff)
-    return model_of(blocks, bs.JointMaterial("dry", 0.65))
+    return model_of(bonded(3, 4), bs.JointMaterial("dry", 0.65))
 
 
 def cases() -> list[bs.LimitCase]:

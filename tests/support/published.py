@@ -18,7 +18,11 @@ WALLS = {
 }
 
 
+def blocks(number: int, depth: str = "0.1 m") -> list[bs.Block]:
+    """Units of a wall, of 16 kN/m³."""
+    return bs.courses(WALLS[number][0], unit_length="0.4 m", unit_height="0.175 m", thickness=depth, material=STONE)
+
+
 def wall(number: int) -> Structure:
     """A wall pushed in its plane, 0.1 m deep, with friction of 0.65."""
-    blocks = bs.courses(WALLS[number][0], unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=STONE)
-    return Structure(f"wall {number}", "published", blocks, joint(0.65), push(1, 0, 0))
+    return Structure(f"wall {number}", "published", blocks(number), joint(0.65), push(1, 0, 0))

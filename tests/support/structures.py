@@ -71,6 +71,18 @@ def model_of(blocks: Sequence[bs.Block], joint: bs.JointMaterial, name: str = "m
     return bs.Model(name, blocks, bs.detect_interfaces(blocks, joint_material=joint).interfaces)
 
 
+def bonded(units: int, courses: int, depth: str = "0.2 m", material: bs.Material = STONE) -> list[bs.Block]:
+    """A wall of whole units of 0.4 m by 0.2 m in running bond, on its base."""
+    rows = [[1] * units if j % 2 == 0 else [0.5, *[1] * (units - 1), 0.5] for j in range(courses)]
+    return bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness=depth, material=material)
+
+
+def semicircle(thickness: float, joint: bs.JointMaterial, voussoirs: int = 27, radius: float = 1.0) -> bs.Model:
+    """A semicircular arch, 1 m deep, of a centreline radius and a thickness relative to it."""
+    size = {"span": Q_((2 - thickness) * radius, "m"), "thickness": Q_(thickness * radius, "m"), "depth": "1 m"}
+    return model_of(bs.arch(**size, voussoirs=voussoirs, material=STONE), joint)
+
+
 def divided(model: bs.Model) -> bs.Model:
     """The same joints, divided into cells where they crush: one more corner on an edge, and none is a rectangle."""
     joints = []
@@ -207,6 +219,4 @@ def balanced_beam() -> tuple[bs.Model, bs.LoadPattern]:
 
 def slipping_units() -> bs.Model:
     """A wall of ten units, which slip and rock."""
-    rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
-    return model_of(blocks, bs.JointMaterial("dry", 0.5))
+    return model_of(bonded(2, 4), bs.JointMaterial("dry", 0.5))

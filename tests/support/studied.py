@@ -7,7 +7,7 @@ from pathlib import Path
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, STONE, box, model_of, push
+from structures import SELF_WEIGHT, STONE, bonded, box, model_of, push
 
 
 def block(friction_coefficient, height="1 m"):
@@ -29,9 +29,7 @@ def pulled(friction_coefficient):
 
 def wall(friction_coefficient):
     """Six units pushed without dilatancy and pressed down without end, and their base that sinks."""
-    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness="0.2 m", material=STONE)
-    model = model_of(blocks, bs.JointMaterial("joint", friction_coefficient))
+    model = model_of(bonded(2, 3), bs.JointMaterial("joint", friction_coefficient))
     down = bs.LoadPattern("press", [bs.BodyForce((0, 0, -1))])
     cases = [bs.LimitCase(load.name, SELF_WEIGHT, load) for load in (push(1, 0, 0), down)]
     return model, [*cases, bs.SettlementCase("sinks", SELF_WEIGHT, ["base"], "-z")]

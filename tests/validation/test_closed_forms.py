@@ -20,17 +20,6 @@ def test_single_block_slides_or_rocks(b, h, mu):
     assert result.load_factor == pytest.approx(min(mu, b / h), rel=REL)
 
 
-@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
-@pytest.mark.parametrize(("axis", "angle"), [((0, 0, 1), 0.7), ((1, 2, 3), 2.1), ((0, 1, 0), 0.3)])
-def test_single_block_in_a_rotated_frame(axis, angle, flow):
-    blocks, joint = single_block(0.5, 1.0, mu=0.4)
-    R = rotation(axis, angle)
-    dead = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
-    variable = bs.LoadPattern("push", [bs.BodyForce(R @ [1, 0, 0])])
-    result = solve(model_of(moved(blocks, R, (3, -7, 11)), joint), variable, flow, dead)
-    assert result.load_factor == pytest.approx(0.4, rel=REL)
-
-
 def test_block_on_a_tilted_plane():
     # Plane tilted by θ, weight vertical, pushed down the slope by α W: sliding when tan θ + α / cos θ = μ.
     blocks, joint = single_block(3.0, 1.0, mu=0.65)
@@ -54,23 +43,6 @@ def test_block_against_a_wall_is_unbounded():
     model = model_of([*supports, box("block", [0, 0, 0], [1, 1, 1])], bs.JointMaterial("joint", 0.65))
     result = solve(model, push(1, 0, 0), "nonassociative")
     assert (result.status, result.load_factor) == ("unbounded", math.inf)
-
-
-@pytest.mark.parametrize("n", [1, 2, 5])
-def test_stack_of_blocks_rocks_as_one(n):
-    # n equal blocks b × h: the whole stack turns about its toe at α = b / (n h), before any part of it.
-    blocks = [box("ground", [-1, 0, -1], [3, 1, 1], fixed=True)]
-    blocks += [box(f"{i}", [0, 0, i], [0.5, 1, 1]) for i in range(n)]
-    model = model_of(blocks, bs.JointMaterial("joint", 0.65))
-    assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.5 / n, rel=REL)
-
-
-@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
-def test_wall_out_of_plane_rocks_on_its_base(tuff, dry, flow):
-    rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 3
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness="0.1 m", material=tuff)
-    result = solve(model_of(blocks, dry), push(0, 1, 0), flow)
-    assert result.load_factor == pytest.approx(0.1 / (6 * 0.175), rel=REL)
 
 
 @pytest.mark.parametrize(
@@ -102,15 +74,12 @@ def test_point_load_under_dead_weight_slides():
 def test_cohesion_and_tension():
     # Pure shear of a weightless joint: H = c A. Pure pull: T = f_t A.
     joint = bs.JointMaterial("mortar", 0.5, cohesion="0.2 MPa", tensile_strength="0.1 MPa")
-    feather = bs.Material("feather", "0 kN/m^3")
     blocks = [box("ground", [0, 0, -1], [0.4, 0.3, 1], fixed=True), box("block", [0, 0, 0], [0.4, 0.3, 1e-3])]
-    model = model_of([attrs.evolve(b, material=feather) for b in blocks], joint)
-    none = bs.LoadPattern("none", [])
-    centre = Q_([0.2, 0.15, 0], "m")
-    shear = bs.LoadPattern("v", [bs.PointLoad("block", centre, Q_([1, 0, 0], "kN"))])
-    pull = bs.LoadPattern("v", [bs.PointLoad("block", centre, Q_([0, 0, 1], "kN"))])
-    assert solve(model, shear, dead=none).load_factor == pytest.approx(0.2e3 * 0.12, rel=REL)
-    assert solve(model, pull, dead=none).load_factor == pytest.approx(0.1e3 * 0.12, rel=REL)
+    model = model_of([attrs.evolve(b, material=bs.Material("feather", "0 kN/m^3")) for b in blocks], joint)
+    for force, strength in (([1, 0, 0], 0.2e3), ([0, 0, 1], 0.1e3)):
+        load = bs.LoadPattern("v", [bs.PointLoad("block", Q_([0.2, 0.15, 0], "m"), Q_(force, "kN"))])
+        result = solve(model, load, dead=bs.LoadPattern("none", []))
+        assert result.load_factor == pytest.approx(strength * 0.12, rel=REL)
 
 
 @pytest.mark.parametrize("direction", ["-y", "+x", "-x"])
@@ -137,30 +106,23 @@ def test_dilatancy_does_not_matter_to_a_free_block(psi):
     assert result.load_factor == pytest.approx(0.5, rel=1e-5)
 
 
-def drawer():
-    """A block between two fixed walls that it fills exactly, on the ground."""
-    ground = box("ground", [0, 0, -1], [3, 1, 1], fixed=True)
-    walls = [box(f"wall {x}", [x, 0, 0], [1, 1, 1], fixed=True) for x in (0, 2)]
-    return [ground, *walls, box("drawer", [1, 0, 0], [1, 1, 1])]
-
-
 def test_only_dilatancy_jams_a_drawer():
     """Pulled out along its walls, a dilatant block presses them apart and is stuck; a non-dilatant one slides.
 
     The associative answer is not a bound at all, and must not be taken for one: μ W holds the real block.
     """
-    model = model_of(drawer(), bs.JointMaterial("joint", 0.5))
+    supports = [box(name, [x, 0, 0], fixed=True) for name, x in (("left", 0), ("right", 2))]
+    blocks = [box("ground", [0, 0, -1], [3, 1, 1], fixed=True), *supports, box("drawer", [1, 0, 0])]
+    model = model_of(blocks, bs.JointMaterial("joint", 0.5))
+    dilatant = model_of(blocks, bs.JointMaterial("joint", 0.5, dilatancy_angle="10 deg"))
     assert solve(model, push(0, 1, 0)).status == "unbounded"
+    assert solve(dilatant, push(0, 1, 0), "nonassociative").status == "unbounded"
     with pytest.warns(bs.errors.LoadFactorWarning, match="how firmly the blocks are jammed"):
         slides = solve(model, push(0, 1, 0), "nonassociative")
     assert slides.status == "converged"
     assert slides.load_factor == pytest.approx(0.5, rel=1e-3)
     assert slides.history.load_factor[0] == math.inf
-
-
-def test_a_drawer_of_dilatant_joints_is_stuck():
-    joint = bs.JointMaterial("joint", 0.5, dilatancy_angle="10 deg")
-    assert solve(model_of(drawer(), joint), push(0, 1, 0), "nonassociative").status == "unbounded"
+    assert slides.headline.bound == "no associative bound"
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -225,17 +187,6 @@ def test_a_block_that_slides_down_by_itself_slides(strength, flow):
     assert result.active_joints.state.to_list() == ["sliding"]
 
 
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
-def test_weights_that_differ_by_orders_of_magnitude():
-    # 1 g on 100 t: the crumb is slender and rocks at b / h = 0.1, long before anything slides.
-    heavy, light = bs.Material("heavy", density="20000 kg/m^3"), bs.Material("light", density="1 kg/m^3")
-    ground = bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([10, 10, 1], "m"), heavy, fixed=True)
-    base = bs.Block.box("base", Q_([-1, -1, 0], "m"), Q_([2, 2, 1], "m"), heavy)
-    crumb = bs.Block.box("crumb", Q_([0, 0, 1], "m"), Q_([0.01, 0.1, 0.1], "m"), light)
-    result = solve(model_of([ground, base, crumb], bs.JointMaterial("joint", 0.3)), push(1, 0, 0))
-    assert result.load_factor == pytest.approx(0.1, rel=1e-5)
-
-
 def test_resultants_balance_the_block():
     result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
     last = result.resultants.isel(iteration=-1, interface=0)
@@ -249,12 +200,10 @@ def test_resultants_balance_the_block():
 
 
 def test_dead_load_pattern_may_be_empty():
-    # Without dead load nothing presses a block without cohesion to the ground.
-    model = model_of(*single_block(1.0, 1.0))
+    """Without dead load nothing presses a block without cohesion to the ground."""
     with pytest.warns(bs.errors.UnusualValueWarning, match="the dead load 'none' has no loads") as told:
-        result = solve(model, push(1, 0, 0), dead=bs.LoadPattern("none", []))
-    assert len(told) == 1
-    assert result.status == "converged"
+        result = solve(model_of(*single_block(1.0, 1.0)), push(1, 0, 0), dead=bs.LoadPattern("none", []))
+    assert (len(told), result.status) == (1, "converged")
     assert result.load_factor == pytest.approx(0.0, abs=1e-6)
 
 

@@ -12,21 +12,18 @@ program, by more than 0.5 %, and it may not fall below it by as much either.
 import pytest
 
 import blockstruct as bs
-from published import WALLS
+from published import WALLS, blocks
 from structures import model_of, push, solve
 
 
 @pytest.fixture(params=[(wall, depth) for wall in WALLS for depth in ("0.1 m", "1 m")], ids=lambda p: f"{p[0]} {p[1]}")
-def wall(request, tuff, dry):
-    number, depth = request.param
-    rows, *expected = WALLS[number]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", thickness=depth, material=tuff)
-    return model_of(blocks, dry), *expected
+def wall(request, dry):
+    return model_of(blocks(*request.param), dry), *WALLS[request.param[0]][1:]
 
 
 def test_associative(wall):
-    model, blocks, interfaces, associative, _ = wall
-    assert (len(model.blocks) - 1, len(model.interfaces)) == (blocks, interfaces)
+    model, units, interfaces, associative, _ = wall
+    assert (len(model.blocks) - 1, len(model.interfaces)) == (units, interfaces)
     result = solve(model, push(1, 0, 0))
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(associative, rel=1e-4)

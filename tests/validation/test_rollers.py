@@ -12,22 +12,18 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from refusals import refused
-from structures import SELF_WEIGHT, STONE, box, kept, model_of, moved, push, rotation
+from structures import SELF_WEIGHT, STONE, beam_on_ledges, box, kept, model_of, moved, push, rotation
 
 THICKNESS, LOWER, UPPER = 0.3, 1.2, 1.0
 ALPHA = THICKNESS * (3 * LOWER + 2 * UPPER) / LOWER**2
 REACTION = -20e3 * THICKNESS * UPPER * (ALPHA + THICKNESS / UPPER)
 
 
-def held(name, origin, size, motions):
-    return box(name, origin, size, fixed=motions)
-
-
 def wall(motions=("x",), friction=0.7, R=None, shift=(0, 0, 0), **joint):
     blocks = [
         box("ground", [-1, -1, -0.5], [3, 3, 0.5], fixed=True),
         box("lower", [0, 0, 0], [THICKNESS, 1, LOWER]),
-        held("upper", [0, 0, LOWER], [THICKNESS, 1, UPPER], motions),
+        box("upper", [0, 0, LOWER], [THICKNESS, 1, UPPER], fixed=motions),
     ]
     blocks = blocks if R is None else moved(blocks, R, shift)
     return model_of(blocks, bs.JointMaterial("joint", friction, **joint))
@@ -71,10 +67,10 @@ def test_the_number_does_not_depend_on_the_frame():
 
 
 def test_a_block_held_in_all_motions_is_fixed():
-    block = held("b", [0, 0, 0], [1, 1, 1], ("rz", "z", "ry", "y", "rx", "x"))
-    assert (block.fixed, block.is_roller, block.held) == (True, False, box("b", [0, 0, 0], [1, 1, 1], fixed=True).held)
+    block = box("b", [0, 0, 0], fixed=("rz", "z", "ry", "y", "rx", "x"))
+    assert (block.fixed, block.is_roller, block.held) == (True, False, box("b", [0, 0, 0], fixed=True).held)
     assert repr(block).endswith("fixed=True)")
-    assert repr(held("b", [0, 0, 0], [1, 1, 1], ["z", "x"])).endswith("fixed=('x', 'z'))")
+    assert repr(box("b", [0, 0, 0], fixed=["z", "x"])).endswith("fixed=('x', 'z'))")
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
@@ -82,7 +78,7 @@ def test_a_block_held_in_all_motions_is_fixed():
 @pytest.mark.parametrize(("direction", "alpha"), [((1, 0, 0), 0.0), ((0, 1, 0), 0.4)])
 def test_a_cube_slides_free_on_a_roller(direction, alpha, flow):
     """The roller below moves along x alone: the only support of the structure."""
-    blocks = [held("roller", [0, 0, 0], [1, 1, 1], ("y", "z", "rx", "ry", "rz")), box("cube", [0, 0, 1], [1, 1, 1])]
+    blocks = [box("roller", [0, 0, 0], fixed=("y", "z", "rx", "ry", "rz")), box("cube", [0, 0, 1])]
     # Nothing resists a motion along x: a loading path has no elastic state to begin with, and warns.
     result = solve(model_of(blocks, bs.JointMaterial("joint", 0.4)), direction, flow)
     assert result.certificate.holds
@@ -104,12 +100,9 @@ def test_an_arch_on_a_roller_spreads():
 
 def test_a_settlement_beside_a_roller():
     """The beam of test_settlement.py, its other ledge free to move along its axis."""
-    blocks = [
-        box("left", [0, 0, -0.3], [0.5, 1, 0.3], fixed=True),
-        held("right", [3.5, 0, -0.3], [0.5, 1, 0.3], ("y", "z", "rx", "ry", "rz")),
-        box("beam", [0, 0, 0], [4, 1, 0.6]),
-    ]
-    model = model_of(blocks, bs.JointMaterial("joint", 0.6))
+    left, _, on = beam_on_ledges().blocks
+    right = box("right", [3.5, 0, -0.3], [0.5, 1, 0.3], fixed=("y", "z", "rx", "ry", "rz"))
+    model = model_of([left, right, on], bs.JointMaterial("joint", 0.6))
     result = bs.run(model, bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-z"))["case"]
     assert result.certificate.holds
     assert result.reaction.to("N").magnitude == pytest.approx(48e3 * 1.5 / 3.5, rel=1e-6)
@@ -123,15 +116,13 @@ def test_finite_motions_refuse_rollers():
     with refused(bs.errors.ModelError, "'over' upper some motions only touches joint friction 0 LimitCase"):
         bs.run(model, pushover)
     with refused(bs.errors.ModelError, "'push' upper some motions only"):
-        bs.assess.local_mechanism(
-            solve(model), confidence_factor=1.35, spectrum=bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
-        )
+        bs.assess.local_mechanism(solve(model), 1.35, bs.assess.ntc_spectrum("0.1 g_0", 2.4, "0.3 s", "B"))
 
 
 @pytest.mark.parametrize("motions", ["no", ("x", "q"), ("",), 1, [["x"]], None], ids=str)
 def test_bad_motions_are_refused(motions):
     with refused(bs.errors.ModelError, "'b' fixed True False x, y, z, rx, ry, rz"):
-        held("b", [0, 0, 0], [1, 1, 1], motions)
+        box("b", [0, 0, 0], fixed=motions)
 
 
 def test_files_and_documents_keep_the_motions(tmp_path):

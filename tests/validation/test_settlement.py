@@ -11,7 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, STONE, beam_on_ledges, box, model_of, moved, rotation
+from structures import SELF_WEIGHT, beam_on_ledges, box, model_of, moved, rotation, semicircle
 
 LENGTH, LEDGE, HEIGHT = 4.0, 0.5, 0.6
 WEIGHT = 20e3 * LENGTH * HEIGHT
@@ -29,21 +29,22 @@ def on_three_ledges():
     return beam_on_ledges(box("middle", [1.75, 0, -0.3], [LEDGE, 1, 0.3], fixed=True))
 
 
+def arch(thickness, friction=0.6, **more):
+    return semicircle(thickness, bs.JointMaterial("joint", friction), **more)
+
+
 def settle(model, supports, direction, dead=SELF_WEIGHT, settings=None, **case):
     return bs.run(model, bs.SettlementCase("case", dead, supports, direction, **case), settings=settings)["case"]
 
 
-def arch(thickness, friction=0.6, voussoirs=27, radius=1.0):
-    """Semicircular arch on the abutments ``left`` and ``right``, 1 m deep."""
-    clear = f"{(2 - thickness) * radius} m"
-    blocks = bs.arch(span=clear, thickness=f"{thickness * radius} m", depth="1 m", voussoirs=voussoirs, material=STONE)
-    return model_of(blocks, bs.JointMaterial("joint", friction))
-
-
-@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+@pytest.mark.parametrize(
+    ("flow", "procedure"),
+    [("associative", None), *(("nonassociative", of) for of in (None, "fictitious", "shifted", "loading path"))],
+)
 @pytest.mark.parametrize("friction", [0.1, 0.6])
-def test_beam_on_ledges(flow, friction):
-    result = settle(beam(friction), ["left"], (0, 0, -1), flow=flow)
+def test_beam_on_ledges(flow, procedure, friction):
+    settings = procedure and bs.ProcedureSettings(procedure=procedure)
+    result = settle(beam(friction), ["left"], (0, 0, -1), settings=settings, flow=flow)
     assert result.status == "converged"
     assert result.certificate.holds
     # What the iteration without dilatancy leaves is its cohesion, 1e-6 of the beam's weight.
@@ -52,16 +53,8 @@ def test_beam_on_ledges(flow, friction):
     assert bs.results.contradictions(bs.run(beam(friction), [result.case])) == []
 
 
-@pytest.mark.parametrize("procedure", ["shifted", "loading path"])
-def test_other_procedures_find_the_same(procedure):
-    result = settle(beam(), ["left"], "-z", settings=bs.ProcedureSettings(procedure=procedure))
-    assert result.reaction.magnitude == pytest.approx(LEAST, rel=1e-6)
-    assert result.status == "converged"
-
-
 def test_the_mechanism_turns_about_the_inner_edge():
     result = settle(beam(), ["left"], "-z")
-    # Cracks open at both ledges.
     assert set(result.states.isel(iteration=-1).to_numpy()) == {"hinge"}
     mechanism = result.mechanism
     # The ledge goes down by one, and with it the end of the beam.
@@ -136,12 +129,9 @@ def test_a_support_that_is_not_needed_keeps_nothing(flow):
     np.testing.assert_allclose(down.reaction_range.magnitude, [0, WEIGHT], atol=1e-6 * WEIGHT)
     up = settle(model, ["middle"], "+z", flow=flow)
     np.testing.assert_allclose(up.reaction_range.magnitude, [-WEIGHT, 0], atol=1e-6 * WEIGHT)
-
-
-def test_a_path_that_ends_without_a_reaction_has_settled():
-    result = settle(on_three_ledges(), ["middle"], "-z", settings=bs.ProcedureSettings(procedure="loading path"))
-    assert abs(result.reaction.magnitude) < 1e-6 * WEIGHT
-    assert (result.outcome.procedure, result.settled) == (bs.vocabulary.Procedure.LOADING_PATH, True)
+    path = settle(model, ["middle"], "-z", settings=bs.ProcedureSettings(procedure="loading path"))
+    assert abs(path.reaction.magnitude) < 1e-6 * WEIGHT
+    assert (path.outcome.procedure, path.settled) == (bs.vocabulary.Procedure.LOADING_PATH, True)
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
@@ -160,13 +150,9 @@ def test_supports_settle_as_one_body():
     # Together they carry the whole weight, whose moment about the left end is W L / 2.
     turn = settle(beam(), ["left", "right"], (0, 1, 0), about=Q_([0, 0, 0], "m"), flow="associative")
     np.testing.assert_allclose(turn.reaction_range.to("N*m").magnitude, WEIGHT * LENGTH / 2, rtol=1e-7)
-
-
-def test_reaction_moment_of_a_single_ledge():
     # About the outer edge of the right ledge the left one turns, and is pressed at its own outer edge.
-    turn = settle(beam(), ["left"], (0, -1, 0), about=Q_([LENGTH, 0, 0], "m"), flow="associative")
-    assert turn.reaction.check("[force] * [length]")
-    assert turn.reaction.to("kN*m").magnitude == pytest.approx(LEAST * LENGTH / 1e3, rel=1e-6)
+    one = settle(beam(), ["left"], (0, -1, 0), about=Q_([LENGTH, 0, 0], "m"), flow="associative")
+    assert one.reaction.to("kN*m").magnitude == pytest.approx(LEAST * LENGTH / 1e3, rel=1e-6)
 
 
 def test_crushing_raises_the_least_reaction():
@@ -210,30 +196,24 @@ def test_loads_on_supports_are_told():
     assert settle(beam(), ["left"], "-z", bs.LoadPattern("dead", [bs.SelfWeight(), on_beam])).masses == ""
 
 
-# -- thrust ------------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("thicknesses", "voussoirs", "least", "within"),
+    [((0.1074, 0.1070, 0.1068), 27, 0.10672, 2e-5), ((0.1083, 0.1079), 101, 0.107426, 1e-4)],
+)
+def test_the_thrust_of_the_thinnest_arch_is_one_number(thicknesses, voussoirs, least, within):
+    """At the least thickness of 27 straight voussoirs, t/r = 0.10672 (measured), and of a continuous arch, 0.107426.
 
-
-def test_the_thrust_of_the_thinnest_arch_is_one_number():
-    """At the least thickness of 27 straight voussoirs, t/r = 0.10672 (measured; 0.107426 of a continuous arch)."""
+    The range closes linearly: where it would be nothing is the least thickness.
+    """
     spans = []
-    for thickness in (0.1074, 0.1070, 0.1068):
-        least, largest = settle(arch(thickness), ["left"], "-x", flow="associative").reaction_range.magnitude
-        spans.append((largest - least) / largest)
-    assert spans[0] < 0.005
-    # The range closes linearly: where it would be nothing is the least thickness.
-    slope = (spans[0] - spans[2]) / (0.1074 - 0.1068)
-    assert 0.1068 - spans[2] / slope == pytest.approx(0.10672, abs=2e-5)
-    assert 0.1070 - spans[1] / slope == pytest.approx(0.10672, abs=2e-5)
-
-
-def test_a_fine_arch_closes_at_the_published_thickness():
-    spans, thicknesses = [], (0.1083, 0.1079)
     for thickness in thicknesses:
-        model = arch(thickness, voussoirs=101)
-        least, largest = settle(model, ["left"], "-x", flow="associative").reaction_range.magnitude
-        spans.append((largest - least) / largest)
-    slope = (spans[0] - spans[1]) / (thicknesses[0] - thicknesses[1])
-    assert thicknesses[1] - spans[1] / slope == pytest.approx(0.107426, rel=1e-3)
+        result = settle(arch(thickness, voussoirs=voussoirs), ["left"], "-x", flow="associative")
+        low, high = result.reaction_range.magnitude
+        spans.append((high - low) / high)
+    assert spans[0] < 7 * (thicknesses[0] - least)
+    slope = (spans[0] - spans[-1]) / (thicknesses[0] - thicknesses[-1])
+    closed = [thickness - span / slope for thickness, span in zip(thicknesses[1:], spans[1:], strict=True)]
+    assert closed == pytest.approx([least] * len(closed), abs=within)
 
 
 def test_an_arch_that_does_not_stand_has_no_thrust():
@@ -255,12 +235,8 @@ def test_thrusts_of_both_abutments_and_directions_agree():
 
 def test_a_jammed_beam_has_no_largest_thrust():
     # Between two walls friction holds the beam by any force; without walls it only rubs on its ledges.
-    ends = [
-        box("a", [-1, 0, 0], [1, 1, 1], fixed=True),
-        box("b", [2, 0, 0], [1, 1, 1], fixed=True),
-        box("beam", [0, 0, 0], [2, 1, 1]),
-    ]
-    model = model_of(ends, bs.JointMaterial("joint", 0.6))
+    ends = [box("a", [-1, 0, 0], fixed=True), box("b", [2, 0, 0], fixed=True)]
+    model = model_of([*ends, box("beam", [0, 0, 0], [2, 1, 1])], bs.JointMaterial("joint", 0.6))
     least, largest = settle(model, ["a"], "-x", flow="associative").reaction_range.magnitude
     # Each side carries half the weight by friction at least.
     assert least == pytest.approx(20e3 / 0.6, rel=1e-6)
@@ -285,9 +261,6 @@ def test_nonassociative_reactions_are_not_below_the_least():
     head = analysis.headlines["case"]
     assert "associative bound" in str(head)
     assert str(head).endswith("kN)")
-
-
-# -- invariances -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])

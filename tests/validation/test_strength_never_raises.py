@@ -40,18 +40,6 @@ def test_a_load_factor_that_crushing_raises_is_that_without(procedure, tmp_path)
     assert str(stored) == str(result)
 
 
-@pytest.mark.parametrize("flow", list(bs.Flow))
-def test_a_load_factor_that_crushing_lowers_is_its_own(flow):
-    model = model_of(
-        [box("ground", [-1, -1, -0.5], [3, 3, 0.5], fixed=True), box("block", [0, 0, 0], [0.5, 0.5, 1.5])],
-        bs.JointMaterial("joint", 0.9, compressive_strength="300 kPa"),
-    )
-    result = solve(model, push(1, 0, 0), flow)
-    assert result.load_factor == pytest.approx(0.9 / 3, rel=1e-6)
-    assert np.isnan(result.outcome.without_crushing)
-    assert result.settled
-
-
 def bonded(strength=None):
     """A wall with a return bonded to it, six courses; strength in multiples of the mean stress."""
     size = {"length": "1.6 m", "courses": 6, "unit_length": "0.4 m", "unit_height": "0.2 m", "thickness": "0.25 m"}
@@ -98,6 +86,6 @@ def test_a_straight_wall_rocks_out_of_its_plane_about_its_stress_block(strength,
     blocks += [box(f"slab {k}", [0, 0, 0.2 * k], [2.0, t, 0.2]) for k in range(6)]
     joint = bs.JointMaterial("joint", 0.6, compressive_strength=Q_(strength * 20 * h / 2, "kPa"))
     result = solve(model_of(blocks, joint), push(0, 1, 0), "nonassociative", **settings)
-    assert result.status == "converged"
+    assert (result.status, result.settled) == ("converged", True)
     assert result.load_factor == pytest.approx(t / h * (1 - 2 / strength), rel=1e-5)
     assert np.isnan(result.outcome.without_crushing)

@@ -99,6 +99,17 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
         assert table["state"].iloc[0] == "slipping"
 
 
+@pytest.mark.parametrize("crushing", [{}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}], ids=str)
+@pytest.mark.parametrize("procedure", ["associative", "fictitious", "loading path"])
+def test_a_tied_block_whose_foot_crushes(procedure, crushing):
+    """The tie is horizontal, the foot carries the weight: ``α = (b (1 − W / (f_c b t)) W / 2 + T z) / (W h / 2)``."""
+    W, b, h, z, T = 20e3, 0.5, 2.0, 1.8, 2e3
+    model = tied(tied_blocks(h), [tie_at(z, "b0", yield_force="2 kN")], compressive_strength="200 kPa")
+    found = solve(model, push(1, 0, 0), **{"procedure": "fictitious"} | PROCEDURES[procedure] | crushing)
+    expected = (W * b / 2 * (1 - W / (200e3 * b)) + T * z) / (W * h / 2)
+    assert found.load_factor == pytest.approx(expected, rel=1e-5 if procedure == "associative" else 3e-4)
+
+
 def test_strip_at_the_surface():
     # Over the joint at the foot, on the face that opens: lever b instead of z.
     foot = box("foot", 0, 0, -1, 0.5, 1, 1, fixed=True)
@@ -110,11 +121,9 @@ def test_strip_at_the_surface():
 
 @pytest.mark.parametrize("procedure", PROCEDURES)
 def test_a_tie_takes_no_compression(procedure):
-    towards_the_pier = solve(
-        tied(tied_blocks(2.0), [tie_at(1.9, "b0", yield_force="5 kN")]), push(-1, 0, 0), **PROCEDURES[procedure]
-    )
-    assert towards_the_pier.load_factor == pytest.approx(0.25, rel=1e-5)
-    assert towards_the_pier.ties.loc["tie", "state"] == "slack"
+    model = tied(tied_blocks(2.0), [tie_at(1.9, "b0", yield_force="5 kN")])
+    result = solve(model, push(-1, 0, 0), **PROCEDURES[procedure])
+    assert (result.load_factor, result.ties.loc["tie", "state"]) == (pytest.approx(0.25, rel=1e-5), "slack")
 
 
 @pytest.mark.parametrize("procedure", ["fictitious", "loading path"])
@@ -199,31 +208,19 @@ def test_least_tie_force_where_none_is_needed_or_none_will_do():
     model = two_ties()
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
     unneeded = bs.ties.least_tie_force(model.with_ties(model.ties[:1]), case, [model.ties[1]], 0.1)
-    assert unneeded.proven
-    assert unneeded.total == 0.0
-    assert ": 0 kN in all (high 0 kN)" in str(unneeded)
-    assert "without dilatancy" in str(unneeded)
-    ends_of_it = ends(model.ties[1])
-    stressed = bs.Tie("high", *ends_of_it, yield_force="1 kN", prestress="0.2 kN")
+    assert (unneeded.proven, unneeded.total) == (True, 0.0)
+    stressed = bs.Tie("high", *ends(model.ties[1]), yield_force="1 kN", prestress="0.2 kN")
     kept = bs.ties.least_tie_force(model.with_ties([stressed]), case, ["high"], 0.1)
-    assert kept.proven
-    assert kept.forces == pytest.approx({"high": 200.0})
+    assert (kept.proven, kept.forces) == (True, pytest.approx({"high": 200.0}))
     back = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    vain = bs.ties.least_tie_force(model, back, ["high"], 0.5)
-    assert not vain.proven
-    assert "no strength of these is enough" in str(vain)
+    assert not bs.ties.least_tie_force(model, back, ["high"], 0.5).proven
 
 
 def leaning():
     """A block 0.2 m too far out on another one, held back to a pier by ``t`` at its middle; a slab held by ``w``."""
-    blocks = [
-        box("ground", -3, 0, -1, 6, 1, 1, fixed=True),
-        box("pier", -3, 0, 0, 0.5, 1, 3, fixed=True),
-        box("post", 2.5, 0, 0, 0.3, 1, 2, fixed=True),
-        box("a", 0, 0, 0, 1, 1, 1),
-        box("b", 0.7, 0, 1, 1, 1, 1),
-        box("slab", -1.5, 0, 0, 0.3, 1, 2),
-    ]
+    fixed = ("ground", -3, 0, -1, 6, 1, 1), ("pier", -3, 0, 0, 0.5, 1, 3), ("post", 2.5, 0, 0, 0.3, 1, 2)
+    free = ("a", 0, 0, 0, 1, 1, 1), ("b", 0.7, 0, 1, 1, 1, 1), ("slab", -1.5, 0, 0, 0.3, 1, 2)
+    blocks = [*(box(*of, fixed=True) for of in fixed), *(box(*of) for of in free)]
     places = {"t": [("pier", -2.5, 1.5), ("b", 0.7, 1.5)], "w": [("post", 2.5, 1.9), ("slab", -1.2, 1.9)]}
     ends = {name: [(to, Q_([x, 0.5, z], "m")) for to, x, z in of] for name, of in places.items()}
     return tied(blocks, [bs.Tie(name, *both, yield_force="20 kN") for name, both in ends.items()], mu=0.7)
@@ -232,15 +229,11 @@ def leaning():
 @pytest.mark.parametrize("wanted", [0.1, 0.3, 0.6])
 def test_ties_that_the_dead_load_needs_are_not_left_out(wanted):
     """Moments about the edge of the lower block: T · 0.5 m = 20 kN · 0.2 m, while the push does the work of the tie."""
-    model = leaning().with_ties(leaning().ties[:1])
-    blocks = [b for b in model.blocks if b.name not in ("slab", "post")]
-    model = tied(blocks, model.ties, mu=0.7)
+    model = tied([b for b in leaning().blocks if b.name not in ("slab", "post")], leaning().ties[:1], mu=0.7)
     case = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
     least = bs.ties.least_tie_force(model, case, ["t"], wanted)
     assert least.forces["t"] == pytest.approx(8e3, rel=1e-6)
-    assert least.proven
-    assert least.governing == "dead load"
-    assert "the dead load alone asks for them" in str(least)
+    assert (least.proven, least.governing) == (True, "dead load")
     out = bs.ties.least_tie_force(model, bs.LimitCase("out", SELF_WEIGHT, push(1, 0, 0), "associative"), ["t"], wanted)
     assert out.forces["t"] == pytest.approx(8e3 + 20e3 * wanted, rel=1e-6)
     assert (out.proven, out.governing) == (True, "load factor")
@@ -254,7 +247,6 @@ def test_ties_that_two_loads_need_are_enough_but_not_proven_to_be_the_least():
     slab = 12e3 * (wanted - 0.15) / 1.9
     assert least.forces == pytest.approx({"t": 8e3, "w": slab}, rel=1e-5)
     assert (least.proven, least.governing) == (False, "both")
-    assert "a smaller sum may do" in str(least)
     strong = [bs.Tie(t.name, *ends(t), yield_force=Q_(least.forces[t.name] * (1 + 1e-5), "N")) for t in model.ties]
     assert solve(model.with_ties(strong), push(-1, 0, 0)).load_factor == pytest.approx(wanted, rel=1e-4)
 
@@ -303,8 +295,7 @@ def test_units_frame_and_numbering_do_not_matter(procedure):
 @pytest.mark.parametrize("force", ["20 MN", "20 GN"])
 def test_a_strength_far_beyond_the_weights_is_certified_as_well(force):
     model = tied(tied_blocks(1.6, 1.4), [tie_at(2.8, "b1", yield_force=force)])
-    strong, enough = (
-        solve(m, push(1, 0, 0)) for m in (model, model.with_ties([tie_at(2.8, "b1", yield_force="1 MN")]))
-    )
+    models = model, model.with_ties([tie_at(2.8, "b1", yield_force="1 MN")])
+    strong, enough = (solve(of, push(1, 0, 0)) for of in models)
     assert strong.load_factor == pytest.approx(enough.load_factor, rel=1e-6)
     assert strong.ties.loc["tie", "state"] == "stressed"

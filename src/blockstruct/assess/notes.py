@@ -106,7 +106,7 @@ def _of_curve(result: CaseResult, capacity: xr.Dataset) -> list[Note]:
     rounding = getattr(result.case, "corner_rounding", 0.0)
     if rounding:
         notes.append(assessment.rounded_corners(rounding, float(alpha[0]), result.load_factor))
-    doubts = doubtful_parts(capacity, result.settings.procedure)
+    doubts = doubtful_parts(capacity, result.settings.procedure, result.load_factor)
     notes += [assessment.curve_doubt(str(part)) for part in doubts]
     if not np.isfinite(capacity["d0"]) and alpha[-1] > _LEFT * alpha[0]:
         notes.append(assessment.curve_end(float(alpha[0]), float(alpha[-1])))

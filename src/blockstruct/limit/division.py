@@ -133,14 +133,17 @@ class _Flow:
         The search starts from rates (P,). It covers motions w up to the velocity of the fastest point. All points slide
         faster with a larger w than with w = 0.
         """
-        own, along, (x, y) = self.torsion, self.v[:, 1:], self.torsion.place.T
+        own, along = self.torsion, self.v[:, 1:]
         best, (least, _) = rate.copy(), self.missed(rate)
         fastest = np.zeros(len(own))
         np.maximum.at(fastest, own.owner, np.linalg.norm(along, axis=1))
         w, E = np.zeros((len(own), 3)), fastest[:, None, None] ** 2 * np.eye(3)
-        # Each ellipsoid has at most e^(−1/8) times the volume of the previous one.
-        while True:
-            apart = along - w[own.owner, :2] - w[own.owner, 2:] * np.column_stack([-y, x])
+        # No rate is larger in the first ellipsoid.
+        largest, _ = self.missed((3 + np.linalg.norm(own.place, axis=1)) * fastest[own.owner])
+        # Each ellipsoid has at most e^(−1/8) times the volume of the previous one. After n ellipsoids the best work is
+        # at most e^(−n/24) times the range of the work above the least.
+        for _ in range(int(np.ceil(24 * np.log(np.maximum(largest / none, 1.0)).max()))):
+            apart = along - own.moved(w)
             of_points, of_cone = np.linalg.norm(apart, axis=1), np.linalg.norm(w, axis=1)
             rate = of_points + of_cone[own.owner]
             work, growth = self.missed(rate)
@@ -148,15 +151,14 @@ class _Flow:
             least = np.where(better, work, least)
             best = np.where(better[own.owner], rate, best)
 
-            a, b = (-growth[:, None] * apart / np.where(of_points > 0, of_points, 1.0)[:, None]).T
-            slope = np.column_stack([own.summed(part) for part in (a, b, x * b - y * a)])
+            slope = -own.resultant((growth / np.where(of_points > 0, of_points, 1.0))[:, None] * apart)
             slope += (own.summed(growth) / np.where(of_cone > 0, of_cone, 1.0))[:, None] * w
             to_edge = np.einsum("iab,ib->ia", E, slope)
             width = np.sqrt(np.maximum(np.einsum("ia,ia->i", slope, to_edge), 0.0))
             # The work at the centre less the width is a lower bound inside the ellipsoid.
             left = (least > none) & (least - work + width > none)
             if not left.any():
-                return best
+                break
             held = np.where(left, width, 1.0)
             to_edge, depth = to_edge / held[:, None], np.where(left, (work - least) / held, 0.0)
             step, grown = (1 + 3 * depth) / 4, 9 * (1 - depth**2) / 8
@@ -164,3 +166,4 @@ class _Flow:
             w = np.where(left[:, None], w - step[:, None] * to_edge, w)
             outer = shrunk[:, None, None] * np.einsum("ia,ib->iab", to_edge, to_edge)
             E = np.where(left[:, None, None], grown[:, None, None] * (E - outer), E)
+        return best

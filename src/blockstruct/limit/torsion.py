@@ -17,12 +17,13 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+import scipy.sparse as sp
 
 from blockstruct.arrays import ROUNDING, Array, Flags, Index
 from blockstruct.statics import ContactPoints
 
-#: Number of steps that divide velocities.
-STEPS = 60
+#: Share of the gap, and of the way to the strength of each point, that a step of the division leaves.
+LEFT = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +76,7 @@ class UniformTorsion:
 
     def shear(self, x: Array) -> Array:
         """Return ``(V_s, V_t, T / r̄)`` (I, 3) of contact forces x (K, 3)."""
-        s, t = x[self.point, 1:].T
-        parts = (s, t, self.place[:, 0] * t - self.place[:, 1] * s)
-        return np.column_stack([self.summed(part) for part in parts])
+        return self.resultant(x[self.point, 1:])
 
     def excess(self, x: Array, resistance: Array) -> Array:
         """Return the force (I,) by which each interface exceeds its cone.
@@ -113,51 +112,93 @@ class UniformTorsion:
         if not len(self) or not np.isfinite(found).all():
             return found
         along, R = v[self.point, 1:], np.maximum(resistance[self.point], 0.0)
-        fastest = np.zeros(len(self))
+        fastest, whole = np.zeros(len(self)), self.summed(R)
         np.maximum.at(fastest, self.owner, found[self.point])
-        fastest = np.where(fastest > 0, fastest, 1.0)
+        fastest, whole = np.where(fastest > 0, fastest, 1.0), np.where(whole > 0, whole, 1.0)
         along = along / fastest[self.owner, None]
         # Without resistance any division is equally good: take the shortest motion.
-        R = R + 1e-9 * np.maximum(self.summed(R), 1e-3)[self.owner]
-        whole = self.summed(R)
-
-        def rates(w: Array) -> tuple[Array, Array]:
-            x, y = self.place.T
-            with_cone = w[self.owner, :2] + w[self.owner, 2:] * np.column_stack([-y, x])
-            return np.linalg.norm(along - with_cone, axis=1), np.linalg.norm(w, axis=1)
-
-        def work(w: Array) -> Array:
-            of_points, of_cone = rates(w)
-            return np.asarray(self.summed(R * of_points) + whole * of_cone)
-
-        best = np.zeros((len(self), 3))
-        least = work(best)
-        w = self._fitted(along, np.ones_like(R), np.zeros(len(self)))
-        for step in range(STEPS):
-            now = work(w)
-            better = now < least
-            best[better], least[better] = w[better], now[better]
-            if step == 0:
-                # Reweighted least squares cannot leave a start in which w takes all or none of the motion.
-                w = w / 2
-            of_points, of_cone = rates(w)
-            w = self._fitted(along, R / np.maximum(of_points, ROUNDING), whole / np.maximum(of_cone, ROUNDING))
-        of_points, of_cone = rates(best)
-        found[self.point] = (of_points + of_cone[self.owner]) * fastest[self.owner]
+        w = self._divided(along, R / whole[self.owner] + ROUNDING)
+        rate = np.linalg.norm(along - self.moved(w), axis=1) + np.linalg.norm(w, axis=1)[self.owner]
+        found[self.point] = rate * fastest[self.owner]
         return found
 
-    def _fitted(self, along: Array, weight: Array, of_cone: Array) -> Array:
-        """Return the motion w (I, 3) of a weighted least-squares fit.
+    def moved(self, w: Array) -> Array:
+        """Return the velocities ``J_k w`` (P, 2) of the points in rigid motions w (I, 3)."""
+        x, y = self.place.T
+        return np.asarray(w[self.owner, :2] + w[self.owner, 2:] * np.column_stack([-y, x]))
 
-        It minimises ``Σ weight ‖v_t − J w‖² + of_cone ‖w‖²``.
+    def resultant(self, shear: Array) -> Array:
+        """Return the resultants ``Σ J_kᵀ s_k`` (I, 3) of shear forces (P, 2) at the points."""
+        (x, y), (s, t) = self.place.T, shear.T
+        return np.column_stack([self.summed(part) for part in (s, t, x * t - y * s)])
+
+    def _divided(self, along: Array, R: Array) -> Array:
+        """Return the motions w (I, 3) of least work at velocities (P, 2) up to one.
+
+        The work ``Σ R_k ‖v_k − J_k w‖ + Σ R_k ‖w‖`` is a sum of norms ``R_k ‖e_k‖``. The cone is one more norm, with
+        ``v = 0, J = −1``. Forces with ``‖s_k‖ ≤ R_k`` and ``Σ J_kᵀ s_k = 0`` do at most this work at v. Their largest
+        work is the least work of w. Newton's method follows the path ``t_k s_k = R_k e_k`` with
+        ``t_k² = e_k² + μ t_k / R_k`` to ``μ = 0``: K. D. Andersen, E. Christiansen, A. R. Conn, M. L. Overton (2000),
+        doi:10.1137/S1064827598343954. On the path the two works differ by μ per norm. The loop ends when they differ by
+        rounding.
+
+        Parameters
+        ----------
+        along : (P, 2) array
+            Velocities of the points, none longer than one.
+        R : (P,) array
+            Resistances above zero, with a sum near one in each interface.
         """
-        (x, y), (a, b) = self.place.T, along.T
+        n, (x, y), eps = len(along), self.place.T, np.finfo(float).eps
+        owner = np.concatenate([self.owner, np.arange(len(self))])
+        J, e, R = np.zeros((len(owner), 3, 3)), np.zeros((len(owner), 3)), np.concatenate([R, self.summed(R)])
+        J[:, 0, 0] = J[:, 1, 1] = 1.0
+        J[:n, 0, 2], J[:n, 1, 2] = -y, x
+        J[n:] = -np.eye(3)
+        e[:n, :2] = along
+        JJ = (J.transpose(0, 2, 1) @ J).reshape(-1, 9)
+        sums = sp.csr_array((np.ones(len(owner)), (owner, np.arange(len(owner)))))
 
-        one, sx, sy, inertia = (self.summed(weight * part) for part in (np.ones_like(x), x, y, x**2 + y**2))
-        H = np.zeros((len(self), 3, 3))
-        H[:, 0, 0] = H[:, 1, 1] = one + of_cone
-        H[:, 2, 2] = inertia + of_cone
-        H[:, 0, 2] = H[:, 2, 0] = -sy
-        H[:, 1, 2] = H[:, 2, 1] = sx
-        right = np.column_stack([self.summed(weight * part) for part in (a, b, x * b - y * a)])
-        return np.asarray(np.linalg.solve(H, right[:, :, None])[:, :, 0])
+        def summed(a: Array) -> Array:
+            return np.asarray(sums @ a)
+
+        def dot(a: Array, b: Array) -> Array:
+            return np.asarray(np.einsum("ka,ka->k", a, b))
+
+        def at_centroid(a: Array) -> Array:
+            return np.asarray(np.einsum("kab,ka->kb", J, a))
+
+        v, s, w = e, np.zeros_like(e), np.zeros((len(self), 3))
+        of_e, of_s, best = at_centroid(e), s, w
+        least, most, norms = summed(R * np.sqrt(dot(e, e))), np.zeros(len(self)), np.bincount(owner)
+        mu = np.maximum(least, ROUNDING) / norms
+        while True:
+            half = mu[owner] / (2 * R)
+            root = np.sqrt(half**2 + dot(e, e))
+            t = root + half
+            stiff, bent = (R / t)[:, None], 1 / (root * t)[:, None]
+            outer = np.einsum("ka,kb->kab", of_s, bent * of_e).reshape(-1, 9)
+            H = summed(stiff * JJ - outer).reshape(-1, 3, 3)
+            H = (H + H.transpose(0, 2, 1)) / 2
+            # Where the work grows evenly in a direction, H has no more than rounding there.
+            H += (eps * np.trace(H, axis1=1, axis2=2))[:, None, None] * np.eye(3)
+            dw = np.linalg.solve(H, summed(stiff * of_e)[:, :, None])[:, :, 0]
+            de = -np.einsum("kab,kb->ka", J, dw[owner])
+            ds = stiff * (e + de) - s - bent * (dot(e, de)[:, None] * s + dot(s, de)[:, None] * e) / 2
+            # Each s_k stays inside its sphere.
+            a, b, c = dot(ds, ds), dot(s, ds), np.maximum(R**2 - dot(s, s), eps * R**2)
+            to_sphere = c / np.maximum(b + np.sqrt(b**2 + a * c), np.finfo(float).tiny)
+            share = np.ones(len(self))
+            np.minimum.at(share, owner, (1 - LEFT) * to_sphere)
+            w, e, s = w + dw, e + de, s + share[owner, None] * ds
+            of_e, of_s = at_centroid(e), at_centroid(s)
+            work = summed(R * np.sqrt(dot(e, e)))
+            # w is at most as large as the work over Σ R_k.
+            bound = summed(dot(s, v)) / (1 + np.linalg.norm(summed(of_s), axis=1) / R[n:])
+            best = np.where((work < least)[:, None], w, best)
+            least, most = np.minimum(work, least), np.maximum(bound, most)
+            # μ falls in every step, so that there is a last one.
+            left = (least - most > ROUNDING * least) & (mu > eps * ROUNDING)
+            if not left.any():
+                return best
+            mu = np.where(left, np.minimum((1 - LEFT) * mu, LEFT * (work - bound) / norms), mu)

@@ -35,6 +35,8 @@ from blockstruct.vocabulary import Flow
 
 #: Largest share of intervals that miss samples, in a record that is otherwise sampled evenly.
 RARE = 0.1
+#: Usual number of steps of a curve.
+STEPS = 60
 
 
 def flow_rule(value: Flow | str, what: str = "") -> Flow:
@@ -160,7 +162,7 @@ class SettlementCase(ModelObject):
     displacement: float | None = field(
         default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "length"}
     )
-    steps: int = field(default=60, kw_only=True, converter=steps)
+    steps: int = field(default=STEPS, kw_only=True, converter=steps)
 
     def __attrs_post_init__(self) -> None:
         if self.displacement is None:
@@ -282,7 +284,7 @@ class Pushover(LimitCase):
 
     control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
     control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
-    steps: int = field(default=60, converter=steps)
+    steps: int = field(default=STEPS, converter=steps)
     corner_rounding: float = field(
         default=0.0,
         converter=_radius,

@@ -14,6 +14,7 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
+from blockstruct.solvers.step import UNBALANCED
 from blockstruct.statics import Crushed, MovedContacts, Placement
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
@@ -22,8 +23,9 @@ SAME = 0.05
 RECENT = 4
 #: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
+CERTIFIED = UNBALANCED
 #: Least work that counts, relative to the first state.
-CERTIFIED, LEAST_WORK = 1e-2, 0.05
+LEAST_WORK = 0.05
 
 
 class Course:

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
-import attrs
 import numpy as np
 import scipy.sparse as sp
 
@@ -243,13 +242,6 @@ class MovingProblem:
         if self.at_rest.settlement is not None:
             parts.append(np.array([[1 / (STANDARD_GRAVITY * self.at_rest.settlement.force)]]))
         return sp.csr_array(sp.block_diag([sp.coo_array(part) for part in parts]))
-
-    @property
-    def sharp(self) -> Self:
-        """The same problem with the sharp corners of the model."""
-        if not isinstance(self.case, Pushover) or not self.case.corner_rounding:
-            return self
-        return type(self)(self.statics, self.at_rest, attrs.evolve(self.case, corner_rounding=0.0))
 
     def lengths(self, placement: Placement) -> Array:
         """Return the lengths (N,) of the ties of the model, m."""

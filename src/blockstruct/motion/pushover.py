@@ -13,17 +13,22 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import SLIGHT, Array, Flags
+from blockstruct.arrays import SLIGHT, Array, Flags, Index
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
-from blockstruct.motion.course import RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.model.cases import STEPS
+from blockstruct.motion.course import CERTIFIED, RECENT, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
+from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
 from blockstruct.statics import Placement
-from blockstruct.vocabulary import CurveEnd, Procedure
+from blockstruct.vocabulary import CurveEnd
 
+#: Inertia in each step, which selects one of several motions: acceleration relative to gravity. It is about the share of
+#: inertia in the load factor.
+TRACE = 1e-7
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.
 GROWTH = 2.0
@@ -43,12 +48,9 @@ SHORTER = 0.25
 JAMS = 100.0
 #: Speed, relative to the fastest block, above which a moving block is named.
 MOSTLY = 0.5
-#: Largest number of states, and of falls in a row, relative to the requested number of steps.
+#: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the usual number
+#: if fewer are requested.
 PATIENCE = 5
-#: Requested number of steps that this limit assumes if fewer are requested.
-FEW = 20
-#: Largest relative difference of the first load factor with sharp corners from that at the end of a loading path.
-ABOVE = 0.015
 
 
 States = Generator[MotionState, None, CurveOutcome]
@@ -98,14 +100,14 @@ def follow(
     for known in before:
         path.take(known)
     if not before:
-        sharp = problem.sharp
         first = path.begun(mechanism)
-        own = first if sharp is problem else kind(sharp, collapse, settings).begun(mechanism)
-        on_path, alpha = settings.procedure == Procedure.LOADING_PATH, collapse.load_factor
-        if own is not None and on_path and own.load_factor - alpha > max(ABOVE * abs(alpha), ZERO * path.scale):
-            return _begins_above(problem, own)
         if first is None:
             return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
+        alpha = collapse.load_factor
+        if first.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
+            beyond = _beyond_interfaces(problem, first)
+            if beyond:
+                return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, beyond)
         yield path.take(first)
     while (end := path.end()) is None:
         following = path.advance()
@@ -156,9 +158,6 @@ class _Path:
 
     #: Work of the variable load while the structure takes the dead load; None if this load is zero until then.
     held: float | None = None
-    #: Attempts at a step: share of its length, and acceleration relative to gravity. It is about the share of inertia
-    #: in the load factor.
-    attempts: tuple[tuple[float, float], ...] = ((1.0, 1e-7), (1.0, 1e-3), (0.25, 1e-2), (1 / 16, 1e-1))
 
     def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
         self._problem, self._steps = problem, problem.case.steps
@@ -207,9 +206,7 @@ class _Path:
         rest, nowhere, none = Placement.of(self._problem.statics.model), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
-        solved, inertia_time = self._step(
-            moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / self.attempts[0][1]
-        )
+        solved, inertia_time = self._step(moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / TRACE)
         if solved is None:
             return None
         settled = self._state(moved, solved, moved.twist(solved.u), 1.0, inertia_time)
@@ -251,7 +248,7 @@ class _Path:
         if self._fallen > self._length:
             return CurveEnd.FALLS
         states = max(len(self._course.curve), self._falls)
-        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, FEW) else None
+        return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, STEPS) else None
 
     def _reached(self) -> CurveEnd | None:
         return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
@@ -420,13 +417,17 @@ class _Path:
         return None
 
     def _attempted(self, step: _Planned) -> tuple[StepSolution | None, float, float]:
-        """Return the first solution of the attempts at a step, its time and its time of inertia."""
-        for share, inertia in self.attempts:
-            time = share * step.time
+        """Return a solution of a step, its time and its time of inertia.
+
+        Until one is found, the step becomes shorter and has ten times the inertia, which does little even at last.
+        """
+        time, inertia = step.time, TRACE
+        while inertia <= SLIGHT:
             motions = [time * step.twist, time * step.guess]
             solved, inertia_time = self._step(step.moved, step.before, motions, time, step.far / inertia)
             if solved is not None:
                 return solved, time, inertia_time
+            time, inertia = SHORTER * time, 10 * inertia
         return None, np.nan, np.nan
 
     def _completed(self, moved: MovedProblem, solved: StepSolution, inertia_time: float) -> MotionState:
@@ -569,8 +570,6 @@ class _SettlementPath(_Path):
 
     # Supports stay until the structure has taken the dead load.
     held = 0.0
-    # A settlement ends where blocks fall, which more inertia would hide.
-    attempts = ((1.0, 1e-7), (1.0, 1e-5), (0.25, 1e-4), (1 / 16, 1e-3))
 
     def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
         super().__init__(problem, collapse, settings)
@@ -662,11 +661,20 @@ def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcom
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
 
 
-def _begins_above(problem: MovingProblem, first: MotionState) -> CurveOutcome:
-    """No curve where blocks touch beyond the interfaces of the model, and carry more with that."""
+def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str, ...]:
+    """Names of blocks that press on each other beyond the interfaces of the model, as ``one|other``."""
     points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
-    joints = set(map(tuple, np.sort(np.column_stack([points.minus, points.plus])).tolist()))
-    pressed = np.sort(np.column_stack([first.minus_of_contact, first.plus_of_contact])).tolist()
-    without = sorted({(i, j) for i, j in map(tuple, pressed)} - joints)
-    blocks = tuple(f"{names[i]}|{names[j]}" for i, j in without)
-    return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, blocks)
+    axes, (_, some) = points.frame[:, 1:], np.unique(points.interface, return_index=True)
+    own = np.einsum("kij,kj->ki", axes[points.interface], points.position)
+    low, high = (reduce.reduceat(own, some) for reduce in (np.minimum, np.maximum))
+
+    def outside(row: Index, at: Index) -> Array:
+        place = np.einsum("kij,kj->ki", axes[at], first.point_of_contact[row])
+        return np.asarray(np.maximum(low[at] - place, place - high[at]).max(axis=1))
+
+    ends = first.minus_of_contact, first.plus_of_contact
+    row, _, distance = nearest(ends, (points.minus[some], points.plus[some]), outside)
+    beyond = np.ones(len(ends[0]), dtype=bool)
+    beyond[row[distance <= SAME * problem.statics.length]] = False
+    pairs = np.unique(np.sort(np.column_stack(ends)[beyond]), axis=0)
+    return tuple(f"{names[i]}|{names[j]}" for i, j in pairs.tolist())

@@ -141,10 +141,6 @@ def _relaxation(beta: float, load_factors: list[float], settings: ProcedureSetti
     return max(beta * settings.schedule.relaxation_cut, settings.schedule.relaxation_min)
 
 
-#: Share of the new shift in the next shift.
-DAMPING = 0.5
-
-
 def shifted_iteration(
     program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver, left: int
 ) -> Search:
@@ -181,5 +177,5 @@ def shifted_iteration(
         last = step
         if step.certificate.holds:
             return Found(step, Procedure.SHIFTED), step
-        shift = relax(shift, shift_of(problem, step.v, step.x[:, 0]), DAMPING)
+        shift = (shift + shift_of(problem, step.v, step.x[:, 0])) / 2
     return None, last

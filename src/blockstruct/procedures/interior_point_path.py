@@ -7,21 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import ENOUGH, TOLERANCE, Path
+from blockstruct.procedures.path import ATTEMPTS, TOLERANCE, Path
 from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, ContactState
 
-#: Tolerance of the state under dead load. An interior point leaves forces on unloaded contacts, and these hold
-#: structures together. Measured on two adjacent leaves: 1e-3 ends 0.8 % high, 1e-6 0.04 %.
-OF_DEAD_LOAD = 1e-7
 #: Most factorisations of all steps. Measured: with more, a wall with ties ends 9 % lower than by splitting.
 MAX_OF_PATH = 600
-#: Attempts at a step: the first is unchanged, the second has lagging friction, each later one is a third as long.
-ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5
 
@@ -44,8 +39,11 @@ class InteriorPointPath(Path):
         self._spent, self._lags = 0, False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
-        found = self.contact.solve(self._rest(), self.contact.start(), centre=True, tolerance=OF_DEAD_LOAD)
-        if not found.within(ENOUGH):
+        # An interior point leaves forces on unloaded contacts, and these hold structures together. Measured on two
+        # adjacent leaves: a tolerance of 1e-3 ends 0.8 % high, 1e-6 0.04 %.
+        tolerance = self._settings.numerics.solver_tolerance
+        found = self.contact.solve(self._rest(), self.contact.start(), centre=True, tolerance=tolerance)
+        if not found.within(SLIGHT):
             return None
         self._spent = found.iterations
         return replace(found.state, u=0 * found.state.u), found.iterations
@@ -59,7 +57,7 @@ class InteriorPointPath(Path):
             found = self._attempted(length, bound)
             self._spent += found.iterations
             iterations += found.iterations
-            if found.within(ENOUGH):
+            if found.within(SLIGHT):
                 if not self._lags:
                     self.peak = max(self.peak, found.state.alpha)
                 return found.state, length, iterations

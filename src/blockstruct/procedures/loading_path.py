@@ -15,15 +15,9 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
 from blockstruct.procedures.closing import CLOSED, close_path
 from blockstruct.procedures.interior_point_path import InteriorPointPath
-from blockstruct.procedures.path import SETTLED, Path
+from blockstruct.procedures.path import ATTEMPTS, SETTLED, Path
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import PathEnd, Procedure
-
-#: Most attempts at a closed state.
-ATTEMPTS = 8
-#: Flow-rule gap of a settled step, relative to the load factor, above which the next step is solved with care before
-#: the path is closed, and its forces are corrected first.
-INEXACT = 3e-3
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
@@ -147,7 +141,7 @@ def _until_settled(
     while (step := path.advance(bound)) is not None:
         yield step
         last, settled = step, path.has_settled(step)
-        if settled and (careful or path.gap(step) <= INEXACT):
+        if settled and (careful or path.gap(step) <= SETTLED):
             break
         if settled:
             careful = True
@@ -163,7 +157,7 @@ def _near(path: Path, last: Iteration) -> Array:
     follows from them.
     """
     problem = path.program.problem
-    if path.gap(last) <= INEXACT or not problem.is_plain:
+    if path.gap(last) <= SETTLED or not problem.is_plain:
         return path.forces(last)
     x = carried_forces(problem.A, problem.friction, last.x, -problem.w_D, load=problem.w_L, alpha=last.load_factor)
     return path.forces(last) if x is None else x

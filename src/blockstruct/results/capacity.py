@@ -118,7 +118,8 @@ class DoubtfulPart:
     doubt : CurveDoubt
     displacement, load_factor : tuple of float
         Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
-        between the first state and the highest.
+        between the first state and the highest. If the curve begins too high, the first load factor is that of the
+        collapse state.
     missed : float
         Work that the step to the last of these states misses, relative to all work so far.
     procedure : str
@@ -137,10 +138,11 @@ class DoubtfulPart:
         return doubtful_part(**asdict(self))
 
 
-def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
+def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.nan) -> list[DoubtfulPart]:
     """Return the parts of a capacity curve that may depend on its steps or its control point.
 
-    They are rises, ways back, jumps, sudden rocking and missed work.
+    They are beginnings above the load factor ``collapse`` of the collapse state, rises, ways back, jumps, sudden
+    rocking and missed work.
 
     A jump, over one step or two, continues neither the curve before nor the curve after it; a kink is no jump. Jumps
     from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or slack appear in its
@@ -154,7 +156,7 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
     worst = int(missed.argmax())
     if missed[worst] > EFFECT:
         doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
-    return [
+    parts = [
         DoubtfulPart(
             doubt,
             (float(d[first]), float(d[last])),
@@ -165,6 +167,12 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str) -> list[DoubtfulPart]:
         )
         for doubt, first, last in doubts
     ]
+    if not is_reaction and alpha[0] - collapse > RISES * abs(collapse):
+        begun = DoubtfulPart(
+            CurveDoubt.BEGINS_ABOVE, (float(d[0]),) * 2, (collapse, float(alpha[0])), 0.0, procedure, has_ties=False
+        )
+        parts.insert(0, begun)
+    return parts
 
 
 def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:

@@ -354,8 +354,8 @@ def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
         case CurveEnd.BEGINS_ABOVE:
             return (
                 "no curve: it would begin at a smaller reaction than that of the case, as blocks that move touch "
-                f"wherever faces do: forces at {names or 'faces larger than its interfaces'}. Give the interfaces that "
-                "are there, and compare the reactions"
+                f"wherever faces do. {names} touch beyond the interfaces of the model: give the interfaces that are "
+                "there, and compare the reactions"
             )
         case _:
             return f"no forces that hold the blocks are found {at}, and the method ends"
@@ -386,11 +386,10 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
                 f"mechanism, and there is no curve over its displacement; {moves}"
             )
         case _:
-            where = f"{names}, where the model has no interface" if names else "faces larger than its interfaces"
             return (
-                f"no curve: with sharp corners it would begin at a load factor of {outcome.load_factor:.4g}, above "
-                f"that of the collapse state, as blocks that move touch wherever faces do: forces at {where}. Give the "
-                "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
+                f"no curve: it would begin at a load factor of {outcome.load_factor:.4g}, above that of the collapse "
+                f"state, as blocks that move touch wherever faces do. {names} touch beyond the interfaces: "
+                "give the interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
             )
 
 
@@ -424,6 +423,9 @@ def doubtful_part(
     before, after = (f"{1e3 * d:.4g} mm" for d in displacement)
     changes = f"from {load_factor[0]:.4g} to {load_factor[1]:.4g} at a displacement of"
     match doubt:
+        case CurveDoubt.BEGINS_ABOVE:
+            factors = f"{load_factor[1]:.4g}, above the load factor of the collapse state, {load_factor[0]:.4g}"
+            return f"the curve begins at {factors}: friction leaves more than one collapse state"
         case CurveDoubt.RISES:
             tight = ", or ties are pulled tight" if has_ties else ""
             begun = "" if procedure == "loading path" else _BEGUN

@@ -71,30 +71,28 @@ def mechanism(
     canvas = Canvas.of(result, ax, look)
     canvas.ghost(model, solids)
     if colour == "displacement":
-        canvas.bodies(model, solids, moved, _by_displacement(canvas, solids, model, displacement))
+        canvas.bodies(model, solids, moved, _by_displacement(canvas, solids, model, displacement, factor))
     else:
         fill, handles = _by_body(result, index)
         canvas.bodies(model, solids, moved, fill)
     canvas.ties(result, index, factor)
     drawn = _push(canvas, result, index, solids, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
-    if colour == "displacement":
-        title = f"largest translation of a block drawn as {factor:.2g} m"
-        canvas.ax.set_title(title, fontsize="small", color="0.35", loc="left")
-    else:
+    if colour == "macro-block":
         legend_above(canvas.ax, handles, [str(handle.get_label()) for handle in handles])
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displacement: Array) -> Array:
-    """Return the colours (B, 4) of the blocks by mean displacement; draw their scale."""
+def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displacement: Array, amplitude: float) -> Array:
+    """Return the colours (B, 4) of the blocks by mean displacement; draw their scale with the amplitude, m."""
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     counts = np.bincount(solids.block_of_vertex)
     size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
     scale = LinearSegmentedColormap.from_list("displacement", DISPLACEMENT)
     share = size / max(size.max(), np.finfo(float).tiny)
     fixed = np.array([b.fixed for b in model.blocks])
-    canvas.scale(ScalarMappable(Normalize(0, 1), scale), "displacement, share of the largest [-]")
+    label = f"displacement, share of the largest [-]\nlargest translation drawn as {amplitude:.2g} m"
+    canvas.scale(ScalarMappable(Normalize(0, 1), scale), label)
     return np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share))
 
 

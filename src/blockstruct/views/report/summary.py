@@ -415,7 +415,7 @@ def curve_sentences(
     for name in names[:FEW]:
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
-        doubts = [str(part) for part in bs.results.doubtful_parts(curve, procedure)]
+        doubts = [str(part) for part in bs.results.doubtful_parts(curve, procedure, analysis[name].load_factor)]
         clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
         if doubts:
             clauses += [] if has_doubt_note and name == relied_on else doubts[:1]
