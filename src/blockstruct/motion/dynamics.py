@@ -285,34 +285,7 @@ class Dynamics:
         before, twist, mean, after = np.zeros((4, self._B, 6))
         V = np.asarray(np.linalg.solve(mass, momentum[:, :, None])[:, :, 0], dtype=np.float64)
         before[free] = V
-        frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
-        arm = _turned(R[ends], contacts.arm)
-        point = G[ends] + arm
-        square = COMPLIANCE * self.time_step**2
-        compliance, ties, M, A = square * contacts.yields, self._ties, len(self._ties), len(contacts.cell)
-        cells, strength, tilt = slice(len(frame) - M - A, len(frame) - M), np.array(np.inf), np.array(0.0)
-        if M or A:
-            strength, tilt = np.full(len(frame), np.inf), np.zeros(len(frame))
-        if A:
-            position, c = motion.placement.position, contacts.cell
-            placed = self._cells.at(position, R, Worn(motion.crushed_depth))
-            arm[:, cells] = placed.point[c] - G[ends[:, cells]]
-            point[:, cells] = placed.point[c]
-            point[1, cells] += placed.gap[c, None] * frame[cells, 0]
-            compliance = np.tile(compliance, 3)
-            compliance[cells, 0] = placed.compliance[c]
-            strength[cells], tilt[cells] = self._cells.strength[c], (placed.tilt * placed.sinks)[c]
-        apart = point[1] - point[0]
-        if M:
-            span = np.linalg.norm(apart[-M:], axis=1)
-            # Anchors at the same point define no direction.
-            frame[-M:, 0] = -apart[-M:] / np.maximum(span, 1e-300)[:, None]
-        gap = (frame[:, 0] * apart).sum(axis=1)
-        if M:
-            # A tie that has yielded pulls with its capacity at the largest elongation.
-            peak = motion.peak_elongation
-            gap[-M:] += ties.span + np.maximum(peak - compliance[-M:, 0] * ties.capacity, 0.0)
-            strength[-M:] = np.where(peak > ties.elongation_limit, 0.0, ties.capacity)
+        frame, arm, apart, gap, compliance, strength, tilt = self._placed(motion, contacts, G)
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
         # A contact that bears its strength gives way without an impact, and so does a cell that a tilted face crushes.
@@ -325,10 +298,12 @@ class Dynamics:
         bend = _turned((spin @ spin)[ends], arm)
         way = h**2 / 2 * _turned(frame, bend[1] - bend[0])
         way[:, 0] += gap
+        M = len(self._ties)
         if M:
             # Ends that move across a tie lengthen it, too.
             speed = before[ends[:, -M:], :3] - _turned(spin[ends[:, -M:]], arm[:, -M:])
-            way[-M:, 0] += span - h * v[-M:, 0] - np.linalg.norm(apart[-M:] + h * (speed[1] - speed[0]), axis=1)
+            further = np.linalg.norm(apart[-M:] + h * (speed[1] - speed[0]), axis=1)
+            way[-M:, 0] += np.linalg.norm(apart[-M:], axis=1) - h * v[-M:, 0] - further
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
         resting[:, 1:] += motion.force[:, 1:]
@@ -338,7 +313,7 @@ class Dynamics:
         push = momentum / k + acting[free]
         equations = _Equations(system, parts, mass / k, push, self._unit, resting, damping, contacts.friction, strength)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
-        share = np.minimum(square / (k * time), 0.5)
+        share = np.minimum(COMPLIANCE * self.time_step**2 / (k * time), 0.5)
         guess = motion.force + share * (resting - damping * v - motion.force)
         found = equations.solved(V, v, guess)
         if found is None:
@@ -349,9 +324,9 @@ class Dynamics:
         mean = (twist + before) / 2
         placement, longer = self._moved(motion.placement, twist, h), motion.elongation
         if M:
-            longer = self._structure.ties(placement).span - ties.span
+            longer = self._structure.ties(placement).span - self._ties.span
         peak, depth = np.maximum(motion.peak_elongation, longer), motion.crushed_depth
-        if A:
+        if len(contacts.cell):
             depth = self._cells.pressed(depth, contacts.cell, placement.position, placement.rotation)
         return Step(
             motion=Motion(placement, after, h, x, longer, peak, depth),
@@ -364,6 +339,38 @@ class Dynamics:
             iterations=found.iterations,
             loads=acting,
         )
+
+    def _placed(self, motion: Motion, contacts: Contacts, G: Array) -> "_Placed":
+        """Return the contacts at a placement with the centres of mass G (B, 3)."""
+        R, ends, ties, c = motion.placement.rotation, contacts.ends, self._ties, contacts.cell
+        frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
+        arm = _turned(R[ends], contacts.arm)
+        point = G[ends] + arm
+        apart = point[1] - point[0]
+        compliance = COMPLIANCE * self.time_step**2 * contacts.yields
+        if not len(ties) and not len(c):
+            gap = (frame[:, 0] * apart).sum(axis=1)
+            return _Placed(frame, arm, apart, gap, compliance, np.array(np.inf), np.array(0.0))
+        strength, tilt = np.full(len(frame), np.inf), np.zeros(len(frame))
+        if len(c):
+            last = len(frame) - len(ties)
+            at = slice(last - len(c), last)
+            cells = self._cells.at(motion.placement.position, R, Worn(motion.crushed_depth))
+            arm[:, at] = cells.point[c] - G[ends[:, at]]
+            apart[at] = cells.gap[c, None] * frame[at, 0]
+            compliance = np.tile(compliance, 3)
+            compliance[at, 0] = cells.compliance[c]
+            strength[at], tilt[at] = self._cells.strength[c], (cells.tilt * cells.sinks)[c]
+        slack = np.zeros(len(frame))
+        if M := len(ties):
+            # Anchors at the same point define no direction.
+            span = np.maximum(np.linalg.norm(apart[-M:], axis=1), 1e-300)
+            frame[-M:, 0] = -apart[-M:] / span[:, None]
+            # A tie that has yielded pulls with its capacity at the largest elongation.
+            peak = motion.peak_elongation
+            slack[-M:] = ties.span + np.maximum(peak - compliance[-M:, 0] * ties.capacity, 0.0)
+            strength[-M:] = np.where(peak > ties.elongation_limit, 0.0, ties.capacity)
+        return _Placed(frame, arm, apart, slack + (frame[:, 0] * apart).sum(axis=1), compliance, strength, tilt)
 
     def _until_impact(self, h: float, gap: Array, nearing: Array, compliance: Array, energy: float) -> float:
         """Return the time until the first strong impact within a step h."""
@@ -382,6 +389,32 @@ class Dynamics:
         G = self._centres(placement) + h * twist[:, :3]
         turned = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
         return Placement(G - _turned(turned, self._masses.offset), turned)
+
+
+class _Placed(NamedTuple):
+    """Contacts at the beginning of a step.
+
+    Attributes
+    ----------
+    frame, arm : (K, 3, 3) and (2, K, 3) arrays
+        As in :class:`Contacts`, in global axes; arms in m.
+    apart : (K, 3) array, m
+        From the point of the minus block to the point of the plus block.
+    gap : (K,) array, m
+        Negative for an overlap, and for ties that pull.
+    compliance : (K, 1 or 3) array, m/N
+    strength : (K,) or () array, N
+    tilt : (K,) or () array, m
+        Tilt of the other face across the width of a cell.
+    """
+
+    frame: Array
+    arm: Array
+    apart: Array
+    gap: Array
+    compliance: Array
+    strength: Array
+    tilt: Array
 
 
 class _Trial(NamedTuple):
