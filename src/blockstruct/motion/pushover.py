@@ -26,8 +26,8 @@ from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
 from blockstruct.statics import Placement
 from blockstruct.vocabulary import CurveEnd
 
-#: Inertia in each step, which selects one of several motions: acceleration relative to gravity. It is about the share of
-#: inertia in the load factor.
+#: Inertia in each step, which selects one of several motions: acceleration relative to gravity. It is about its share
+#: in the load factor.
 TRACE = 1e-7
 #: Longest way of a step, relative to the longest one of the recent steps, or to the way so far divided by the requested
 #: number of steps.

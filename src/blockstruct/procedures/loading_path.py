@@ -19,6 +19,10 @@ from blockstruct.procedures.path import ATTEMPTS, SETTLED, Path
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import PathEnd, Procedure
 
+#: Flow-rule gap of a settled step, relative to the load factor, above which the next step is solved with care before
+#: the path is closed, and its forces are corrected first.
+INEXACT = SETTLED
+
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
     """Return the path of the settings at its beginning."""
@@ -141,7 +145,7 @@ def _until_settled(
     while (step := path.advance(bound)) is not None:
         yield step
         last, settled = step, path.has_settled(step)
-        if settled and (careful or path.gap(step) <= SETTLED):
+        if settled and (careful or path.gap(step) <= INEXACT):
             break
         if settled:
             careful = True
@@ -157,7 +161,7 @@ def _near(path: Path, last: Iteration) -> Array:
     follows from them.
     """
     problem = path.program.problem
-    if path.gap(last) <= SETTLED or not problem.is_plain:
+    if path.gap(last) <= INEXACT or not problem.is_plain:
         return path.forces(last)
     x = carried_forces(problem.A, problem.friction, last.x, -problem.w_D, load=problem.w_L, alpha=last.load_factor)
     return path.forces(last) if x is None else x
