@@ -8,7 +8,6 @@ from math import ceil
 import numpy as np
 
 from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
-from blockstruct.errors import ModelError
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
 from blockstruct.model.fields import label
@@ -134,6 +133,8 @@ class _Run:
             tie_force=no_force,
             tie_elongation=no_force,
             peak_tie_elongation=no_force,
+            crushed_depth=self._dynamics.undamaged,
+            largest_crushed_depth=0.0,
             minus_of_contact=no_block,
             plus_of_contact=no_block,
             point_of_contact=np.empty((0, 3)),
@@ -158,8 +159,8 @@ class _Run:
         h, start = self._h, state.time
         placement = self._placement(state)
         contacts, force, moved, slip, reach, kept = self._contacts
-        momentum, of_ties = self._momentum(state, placement), (state.tie_elongation, state.peak_tie_elongation)
-        motion = Motion(placement, momentum, state.last_step, force, *of_ties)
+        memory = state.tie_elongation, state.peak_tie_elongation, state.crushed_depth
+        motion = Motion(placement, self._momentum(state, placement), state.last_step, force, *memory)
         forces = ContactForces(
             state.minus_of_contact,
             state.plus_of_contact,
@@ -179,7 +180,7 @@ class _Run:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
                 reach = max(self._follows, RESOLUTION * h * float(self._speeds(twist).max()))
-                contacts, force = self._dynamics.contacts(motion.placement, reach, forces)
+                contacts, force = self._dynamics.contacts(motion.placement, motion.crushed_depth, reach, forces)
                 motion, moved, slip, kept = replace(motion, force=force), np.zeros(len(twist)), 0.0, 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
             step = self._solved(motion, contacts, weight, time, left)
@@ -234,6 +235,8 @@ class _Run:
             tie_force=forces.tie_force,
             tie_elongation=motion.elongation,
             peak_tie_elongation=motion.peak_elongation,
+            crushed_depth=motion.crushed_depth,
+            largest_crushed_depth=self._dynamics.largest_depth(motion),
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
@@ -313,15 +316,8 @@ def check_record(model: Model, case: RecordCase) -> None:
     Raises
     ------
     ModelError
-        If a joint has a finite compressive strength, a free block has no mass, or as in :func:`check_in_motion`.
+        If a free block has no mass, or as in :func:`check_in_motion`.
     """
     who = label(case)
     check_in_motion(model, who)
-    for joint in (i.joint_material for i in model.interfaces):
-        if np.isfinite(joint.compressive_strength):
-            msg = (
-                f"{who}: joint material {joint.name!r} has a compressive_strength of {joint.compressive_strength:.6g} "
-                "Pa, which is not known under impacts: give a joint material without it"
-            )
-            raise ModelError(msg)
     Masses.of(model, case.dead, who)
