@@ -19,8 +19,8 @@ prescribes the work of the variable load. A record moves blocks with their mass:
 """
 
 from blockstruct.motion.course import CERTIFIED, Course, recomputed
+from blockstruct.motion.curve import follow
 from blockstruct.motion.moving_problem import ControlPoint, MovedProblem, MovingProblem, check_moving_case
-from blockstruct.motion.pushover import follow
 from blockstruct.motion.record import check_record, kept_interval, respond, time_step
 from blockstruct.motion.state import CurveOutcome, MotionState, largest_displacement
 

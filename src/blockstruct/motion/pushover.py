@@ -1,26 +1,23 @@
-"""Follow a collapse state through finite displacements: pushovers and settlements.
+"""Find the steps of a capacity curve.
 
 Motions are scaled so that the variable load does work at 1 W. The time of a step, s, is therefore the work of the
 variable load in it, J. The way of a step is the distance that the control point moves in it, m.
 """
 
-from collections.abc import Generator, Sequence
-from copy import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import MOSTLY, SLIGHT, Array, Flags, Index
+from blockstruct.arrays import MOSTLY, SLIGHT, Array, Flags
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.model import STANDARD_GRAVITY, SettlementCase
+from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.model.cases import STEPS
-from blockstruct.motion.course import CERTIFIED, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
-from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import RECENT, StepProblem, StepSolution, solve_step
 from blockstruct.statics import Placement
@@ -49,70 +46,6 @@ JAMS = 100.0
 #: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the usual number
 #: if fewer are requested.
 PATIENCE = 5
-
-
-States = Generator[MotionState, None, CurveOutcome]
-
-
-def follow(
-    problem: MovingProblem,
-    collapse: Iteration,
-    settings: ProcedureSettings,
-    before: Sequence[MotionState] = (),
-) -> States:
-    """Follow a collapse mechanism through finite displacements.
-
-    In each step the work of the variable load is prescribed, and with it the way of the control point. The variable
-    load of a settlement is the reaction of its supports, which go this way. Blocks then move
-    along the screws of their twists, and contacts are found anew where they are. The load factor belongs to the
-    geometry at the beginning of the step. Blocks that nothing holds fall, while the control point waits.
-
-    Parameters
-    ----------
-    problem
-        The case, wherever its blocks are.
-    collapse
-        The certified collapse state, whose mechanism is the first motion.
-    settings
-        Of the case.
-    before
-        Known states of the curve, which continues after the last state.
-
-    Yields
-    ------
-    MotionState
-        A state; the first state has no displacement.
-
-    Returns
-    -------
-    CurveOutcome
-        How it ended.
-    """
-    rest = Placement.of(problem.statics.model)
-    mechanism = _mechanism(problem, collapse, rest)
-    speed = abs(problem.control.velocity(rest, mechanism))
-    if speed <= ZERO * np.linalg.norm(mechanism[:, :3], axis=1).max():
-        return replace(_outcome(problem, CurveEnd.RESTS, mechanism), displacement=0.0)
-    kind = _SettlementPath if isinstance(problem.case, SettlementCase) else _Path
-    path = kind(problem, collapse, settings)
-    for known in before:
-        path.take(known)
-    if not before:
-        first = path.begun(mechanism)
-        if first is None:
-            return _outcome(problem, CurveEnd.NOT_SOLVED, mechanism)
-        alpha = collapse.load_factor
-        if first.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
-            beyond = _beyond_interfaces(problem, first)
-            if beyond:
-                return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, beyond)
-        yield path.take(first)
-    while (end := path.end()) is None:
-        following = path.advance()
-        if following is None:
-            return path.outcome(path.lost())
-        yield path.take(following)
-    return path.outcome(end)
 
 
 @dataclass(slots=True)
@@ -151,7 +84,7 @@ class _Planned:
     paced: bool = False
 
 
-class _Path:
+class PushoverPath:
     """The curve of a pushover so far, and its next step."""
 
     #: Work of the variable load while the structure takes the dead load; None if this load is zero until then.
@@ -266,7 +199,7 @@ class _Path:
         fastest = np.linalg.norm(last.velocity, axis=1).max()
         stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= ZERO * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
-        found = _outcome(self._problem, end, last.twist)
+        found = outcome_of(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
 
     def _way(self, state: MotionState) -> float:
@@ -563,116 +496,10 @@ class _Path:
         return share if share < 1 - ZERO else 1.0
 
 
-class _SettlementPath(_Path):
-    """The curve of a settlement so far, and its next step."""
-
-    # Supports stay until the structure has taken the dead load.
-    held = 0.0
-
-    def __init__(self, problem: MovingProblem, collapse: Iteration, settings: ProcedureSettings) -> None:
-        super().__init__(problem, collapse, settings)
-        # The reaction may be zero. Its unit is the dead load.
-        self.scale = 1.0
-        case = problem.case
-        #: The state after the one that is next, once it is known.
-        self._ahead: MotionState | None = None
-        self._falls_at = np.nan
-        self._goal = (isinstance(case, SettlementCase) and case.displacement) or np.inf
-        self._unit = problem.settlement.reaction_unit
-
-    def _reached(self) -> CurveEnd | None:
-        curve = self._course.curve
-        return (
-            CurveEnd.DISPLACEMENT_REACHED if curve and curve[-1][0] >= self._goal - COMPLIANCE * self._length else None
-        )
-
-    def advance(self, way: float | None = None) -> MotionState | None:
-        """Return the state after the last step.
-
-        Its step is shortened if blocks would fall after it, until it is too short to matter.
-        """
-        if way is not None:
-            return super().advance(way)
-        state, gone = self._ahead or super().advance(), np.inf
-        self._ahead = None
-        while state is not None and not state.falls:
-            self._ahead = self._after(state).follow()
-            gone = min(gone, self._way(state))
-            if (self._ahead is not None and not self._ahead.falls) or gone <= SHORTEST * self._goal / self._steps:
-                break
-            gone *= SHORTER
-            state, self._ahead = super().advance(gone), None
-        return state
-
-    def follow(self) -> MotionState | None:
-        """Return the state after the last step, whatever comes after it."""
-        return super().advance()
-
-    def _after(self, state: MotionState) -> Self:
-        """Return the path with one more state."""
-        other = copy(self)
-        other._ways, other._course = list(self._ways), self._course.copied()
-        other.take(state)
-        return other
-
-    def outcome(self, end: CurveEnd) -> CurveOutcome:
-        """Facts of the end; the displacement is that at which blocks begin to fall."""
-        found = super().outcome(end)
-        return replace(found, displacement=self._falls_at) if end is CurveEnd.FALLS else found
-
-    def take(self, state: MotionState) -> MotionState:
-        """Add a state as the last one."""
-        before = self._course.last
-        if state.falls and (before is None or not before.falls):
-            self._falls_at = state.displacement
-        # The thrust of an arch that becomes flat grows without end.
-        self.scale = max(self.scale, abs(state.load_factor))
-        return super().take(state)
-
-    def _next_way(self) -> float:
-        last = self._course.last
-        return min(self._goal / self._steps, self._longest if last is None else GROWTH * self._way(last))
-
-    def _time(self, placement: Placement, twist: Array, way: float) -> float:
-        # The last step but one ends at the displacement of the case.
-        left = self._goal - self._problem.control.displacement(placement)
-        time = super()._time(placement, twist, way)
-        return min(time, left * self._unit) if left > COMPLIANCE * self._length else time
-
-    def _until_zero(self, moved: MovedProblem, found: MotionState) -> float:
-        return 1.0
-
-
-def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> Array:
-    """Twists (B, 6) of the collapse mechanism at 1 W."""
-    lengths = problem.lengths(rest)
-    twist = problem.at(rest, SAME * problem.statics.length, lengths, lengths).twist(collapse.u)
-    return np.asarray(twist)
-
-
-def _outcome(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcome:
+def outcome_of(problem: MovingProblem, end: CurveEnd, twist: Array) -> CurveOutcome:
     """An end, and the blocks that move most in a motion, twists (B, 6)."""
     speed = np.linalg.norm(twist[:, :3], axis=1) * ~problem.structure.fixed
     fastest = np.argsort(-speed, kind="stable")
     names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > MOSTLY * speed.max()]]
     along = np.round(twist[fastest[0], :3] / max(speed.max(), 1e-300), 4) + 0.0
     return CurveOutcome(end, blocks=tuple(names), direction=tuple(along.tolist()))
-
-
-def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str, ...]:
-    """Names of blocks that press on each other beyond the interfaces of the model, as ``one|other``."""
-    points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
-    axes, (_, some) = points.frame[:, 1:], np.unique(points.interface, return_index=True)
-    own = np.einsum("kij,kj->ki", axes[points.interface], points.position)
-    low, high = (reduce.reduceat(own, some) for reduce in (np.minimum, np.maximum))
-
-    def outside(row: Index, at: Index) -> Array:
-        place = np.einsum("kij,kj->ki", axes[at], first.point_of_contact[row])
-        return np.asarray(np.maximum(low[at] - place, place - high[at]).max(axis=1))
-
-    ends = first.minus_of_contact, first.plus_of_contact
-    row, _, distance = nearest(ends, (points.minus[some], points.plus[some]), outside)
-    beyond = np.ones(len(ends[0]), dtype=bool)
-    beyond[row[distance <= SAME * problem.statics.length]] = False
-    pairs = np.unique(np.sort(np.column_stack(ends)[beyond]), axis=0)
-    return tuple(f"{names[i]}|{names[j]}" for i, j in pairs.tolist())

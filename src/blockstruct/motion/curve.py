@@ -1,0 +1,108 @@
+"""Follow a collapse state through finite displacements: pushovers and settlements."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from blockstruct.arrays import Array, Index
+from blockstruct.limit import Iteration
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.model import SettlementCase
+from blockstruct.motion.course import CERTIFIED, SAME
+from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.motion.nearest import nearest
+from blockstruct.motion.pushover import PushoverPath, outcome_of
+from blockstruct.motion.settlement import SettlementPath
+from blockstruct.motion.state import ZERO, CurveOutcome, MotionState
+from blockstruct.statics import Placement
+from blockstruct.vocabulary import CurveEnd
+
+States = Generator[MotionState, None, CurveOutcome]
+
+
+def follow(
+    problem: MovingProblem,
+    collapse: Iteration,
+    settings: ProcedureSettings,
+    before: Sequence[MotionState] = (),
+) -> States:
+    """Follow a collapse mechanism through finite displacements.
+
+    In each step the work of the variable load is prescribed, and with it the way of the control point. The variable
+    load of a settlement is the reaction of its supports, which go this way. Blocks then move along the screws of their
+    twists, and contacts are found anew where they are. The load factor belongs to the geometry at the beginning of the
+    step. Blocks that nothing holds fall, while the control point waits.
+
+    Parameters
+    ----------
+    problem
+        The case, wherever its blocks are.
+    collapse
+        The certified collapse state, whose mechanism is the first motion.
+    settings
+        Of the case.
+    before
+        Known states of the curve, which continues after the last state.
+
+    Yields
+    ------
+    MotionState
+        A state; the first state has no displacement.
+
+    Returns
+    -------
+    CurveOutcome
+        How it ended.
+    """
+    rest = Placement.of(problem.statics.model)
+    mechanism = _mechanism(problem, collapse, rest)
+    speed = abs(problem.control.velocity(rest, mechanism))
+    if speed <= ZERO * np.linalg.norm(mechanism[:, :3], axis=1).max():
+        return replace(outcome_of(problem, CurveEnd.RESTS, mechanism), displacement=0.0)
+    kind = SettlementPath if isinstance(problem.case, SettlementCase) else PushoverPath
+    path = kind(problem, collapse, settings)
+    for known in before:
+        path.take(known)
+    if not before:
+        first = path.begun(mechanism)
+        if first is None:
+            return outcome_of(problem, CurveEnd.NOT_SOLVED, mechanism)
+        alpha = collapse.load_factor
+        if first.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
+            beyond = _beyond_interfaces(problem, first)
+            if beyond:
+                return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, beyond)
+        yield path.take(first)
+    while (end := path.end()) is None:
+        following = path.advance()
+        if following is None:
+            return path.outcome(path.lost())
+        yield path.take(following)
+    return path.outcome(end)
+
+
+def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> Array:
+    """Twists (B, 6) of the collapse mechanism at 1 W."""
+    lengths = problem.lengths(rest)
+    twist = problem.at(rest, SAME * problem.statics.length, lengths, lengths).twist(collapse.u)
+    return np.asarray(twist)
+
+
+def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str, ...]:
+    """Names of blocks that press on each other beyond the interfaces of the model, as ``one|other``."""
+    points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
+    axes, (_, some) = points.frame[:, 1:], np.unique(points.interface, return_index=True)
+    own = np.einsum("kij,kj->ki", axes[points.interface], points.position)
+    low, high = (reduce.reduceat(own, some) for reduce in (np.minimum, np.maximum))
+
+    def outside(row: Index, at: Index) -> Array:
+        place = np.einsum("kij,kj->ki", axes[at], first.point_of_contact[row])
+        return np.asarray(np.maximum(low[at] - place, place - high[at]).max(axis=1))
+
+    ends = first.minus_of_contact, first.plus_of_contact
+    row, _, distance = nearest(ends, (points.minus[some], points.plus[some]), outside)
+    beyond = np.ones(len(ends[0]), dtype=bool)
+    beyond[row[distance <= SAME * problem.statics.length]] = False
+    pairs = np.unique(np.sort(np.column_stack(ends)[beyond]), axis=0)
+    return tuple(f"{names[i]}|{names[j]}" for i, j in pairs.tolist())
