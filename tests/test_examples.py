@@ -50,7 +50,8 @@ def test_portal_record():
 @pytest.mark.slow
 def test_facade_record():
     """At the peak of 0.2 g the push is above the static load factor of 0.156, for a short time."""
-    assert load("facade_record").main() == {"push -y": "converged", "record": "stands", "record × 4": "collapses"}
+    stands = dict.fromkeys(("record", "record × 2", "record × 2, tied"), "stands")
+    assert load("facade_record").main() == {"push -y": "converged", **stands, "record × 4": "collapses"}
 
 
 def test_tilting_table(tmp_path):

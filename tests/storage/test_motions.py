@@ -120,10 +120,11 @@ def test_a_response_is_opened_as_it_was(stored):
         assert all("units" in v.attrs for n, v in result.response.data_vars.items() if not n.endswith("us_of_contact"))
 
 
-@pytest.mark.parametrize("ties", [1, 0])
-def test_an_interrupted_response_is_continued(ties, tmp_path):
-    model, path = block_on_a_bar("10 mm"), tmp_path / "interrupted.h5"
-    model = model.with_ties(model.ties[:ties])
+@pytest.mark.parametrize(("ties", "strength"), [(1, None), (0, None), (1, "0.5 MPa")])
+def test_an_interrupted_response_is_continued(ties, strength, tmp_path):
+    tied, path = block_on_a_bar("10 mm"), tmp_path / "interrupted.h5"
+    joint = bs.JointMaterial("joint", 2.0, compressive_strength=strength)
+    model = model_of(tied.blocks, joint).with_ties(tied.ties[:ties])
     part = bs.run(model, shaken()[:1], path, listeners=[stopping(StateDone, at=8)])["along"]
     assert part.status is bs.Status.INTERRUPTED
     assert part.response.sizes["time"] == 9

@@ -49,6 +49,10 @@ class RecordState:
         Of each tie in the step to this state, N.
     tie_elongation, peak_tie_elongation : (M,) arrays
         Of each tie beyond its length in the model, m, and the largest so far, also between states.
+    crushed_depth : (C,) array
+        Depth that each cell of a joint that crushes has lost, m.
+    largest_crushed_depth : float
+        Of all joints, m, also of cells that are crushed in part; zero without joints that crush.
     minus_of_contact, plus_of_contact : (P,) arrays
         Indices of the two blocks at each contact point with a force.
     point_of_contact, force_of_contact : (P, 3) arrays
@@ -76,6 +80,8 @@ class RecordState:
     tie_force: Array
     tie_elongation: Array
     peak_tie_elongation: Array
+    crushed_depth: Array
+    largest_crushed_depth: float
     minus_of_contact: Index
     plus_of_contact: Index
     point_of_contact: Array

@@ -1,19 +1,19 @@
 """Move rigid blocks with mass that touch, rub and strike each other."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import SLIGHT, Array, Index
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.step import limited
-from blockstruct.statics import MovingStructure, Placement
+from blockstruct.statics import MovingStructure, Placement, Worn
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
 Loads = Callable[[float], Array]
@@ -21,8 +21,8 @@ Loads = Callable[[float], Array]
 #: Compliance of a contact, in units of ``h² / m`` with the step h and the mass m of the two blocks. Contacts deform by
 #: this share of the way that their force moves the blocks in a step, and a bounce decays by 90 % in each step.
 COMPLIANCE = 0.01
-#: Newton iterations of a step, and the unbalanced wrench of a solution relative to the weight of each block.
-ITERATIONS, SOLVED = 200, 1e-7
+#: Newton iterations of a step.
+ITERATIONS = 200
 #: Most halvings of a Newton step, and iterations in which the limits of friction do not follow the normal forces.
 HALVINGS, HELD = 8, 2
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
@@ -35,7 +35,9 @@ ACROSS = np.cross(np.eye(3)[:, None], np.eye(3)).reshape(3, 9)
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Contact points that move with the two blocks, and then the ties.
+    """Contact points that move with the two blocks, cells of joints that crush, and then the ties.
+
+    A cell is a contact with a strength. Its point moves on its face as the other face is tilted.
 
     A tie is a contact without friction whose normal points from its end to its start, and whose normal force is its
     tension. Its gap is the elongation that is left before it pulls. Its face and its frame follow from its ends.
@@ -53,6 +55,8 @@ class Contacts:
     friction : (K,) array
     yields : (K, 1) array, 1/kg
         Sum of the inverse masses of the two blocks.
+    cell : (A,) array
+        Cells that act.
     system : _System
         Unknowns that the contacts connect.
     """
@@ -63,6 +67,7 @@ class Contacts:
     frame: Array
     friction: Array
     yields: Array
+    cell: Index
     system: "_System"
 
 
@@ -105,6 +110,8 @@ class Motion:
     elongation, peak_elongation : (M,) arrays, m
         Of each tie from its length in the model, and the largest so far. A tie that yields keeps the largest one, and
         a tie beyond its limit is broken.
+    crushed_depth : (C,) array, m
+        Depth that each cell has lost.
     """
 
     placement: Placement
@@ -113,6 +120,7 @@ class Motion:
     force: Array
     elongation: Array
     peak_elongation: Array
+    crushed_depth: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +166,9 @@ class Dynamics:
     The velocities V at the end of a step move the blocks in it: impacts are without bounce, and the energy of a
     motion without friction and impacts is kept in the mean (a step of Verlet's method). Normal forces
     follow from the gap at the end of the step, tangential forces from the slip in it and the force before, with
-    Coulomb's law without dilatancy. The force of a tie follows from its elongation in the same way, up to its capacity.
-    The system is solved by the Newton method of P. Alart, A. Curnier (Comput.
-    Methods Appl. Mech. Eng. 92 (1991) 353–375).
+    Coulomb's law without dilatancy. The force of a tie follows from its elongation in the same way, up to its capacity,
+    and the force of a cell up to its strength. The system is solved by the Newton method of P. Alart, A. Curnier
+    (Comput. Methods Appl. Mech. Eng. 92 (1991) 353–375).
 
     Parameters
     ----------
@@ -186,17 +194,34 @@ class Dynamics:
         self._unit = GRAVITY * mass * np.hstack([np.ones_like(size), size]).repeat(3, axis=1)
         self._yield = np.zeros(self._B)
         self._yield[self._free] = 1 / masses.mass[self._free]
+        cells = structure.cells(0.0)
+        yields = self._yield[cells.owner] + self._yield[cells.other]
+        self._cells = replace(cells, elastic=COMPLIANCE * time_step**2 * yields * cells.strength)
         self._ties = statics.ties
         centres = self._centres(Placement.of(statics.model))
         #: Anchors (2, M, 3) from the centres of mass, in the axes of the blocks.
         self._anchors = (self._ties.position - centres[self._ties.ends]).transpose(1, 0, 2)
 
-    def contacts(self, placement: Placement, reach: float, before: ContactForces) -> tuple[Contacts, Array]:
+    @property
+    def undamaged(self) -> Array:
+        """Depths (C,) that cells have lost at first, m."""
+        return self._cells.untouched.depth
+
+    def largest_depth(self, motion: Motion) -> float:
+        """Return the largest depth that a cell has lost, m, also in part."""
+        if not len(self._cells):
+            return 0.0
+        at = motion.placement
+        return float(self._cells.at(at.position, at.rotation, Worn(motion.crushed_depth)).lost.max())
+
+    def contacts(
+        self, placement: Placement, depth: Array, reach: float, before: ContactForces
+    ) -> tuple[Contacts, Array]:
         """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact.
 
-        The last of them are all ties.
+        The last of them are cells that act, and all ties. ``depth`` (C,) is the depth that each cell has lost.
         """
-        points, gap, level = self._structure.points(placement, reach)
+        points, gap, level, cell = self._structure.points(placement, reach, self._cells, Worn(depth))
         ends = np.stack([points.minus, points.plus])
         R = placement.rotation[ends]
         face = np.where(level > 0, points.minus, points.plus)
@@ -226,6 +251,7 @@ class Dynamics:
             frame=frame,
             friction=friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
+            cell=cell,
             system=_System(self._slot[ends], len(self._free)),
         )
         return found, force
@@ -259,28 +285,12 @@ class Dynamics:
         before, twist, mean, after = np.zeros((4, self._B, 6))
         V = np.asarray(np.linalg.solve(mass, momentum[:, :, None])[:, :, 0], dtype=np.float64)
         before[free] = V
-        frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
-        arm = _turned(R[ends], contacts.arm)
-        point = G[ends] + arm
-        apart = point[1] - point[0]
-        square = COMPLIANCE * self.time_step**2
-        compliance, ties, M = square * contacts.yields, self._ties, len(self._ties)
-        strength: Array | float = np.inf
-        if M:
-            span = np.linalg.norm(apart[-M:], axis=1)
-            # Anchors at the same point define no direction.
-            frame[-M:, 0] = -apart[-M:] / np.maximum(span, 1e-300)[:, None]
-        gap = (frame[:, 0] * apart).sum(axis=1)
-        if M:
-            # A tie that has yielded pulls with its capacity at the largest elongation.
-            peak = motion.peak_elongation
-            gap[-M:] += ties.span + np.maximum(peak - compliance[-M:, 0] * ties.capacity, 0.0)
-            capacity = np.where(peak > ties.elongation_limit, 0.0, ties.capacity)
-            strength = np.concatenate([np.full(len(gap) - M, np.inf), capacity])
+        frame, arm, apart, gap, compliance, strength, tilt = self._placed(motion, contacts, G)
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
-        # A contact that bears its strength gives way without an impact.
-        nearing = -v[:, 0] * (motion.force[:, 0] < strength)
+        # A contact that bears its strength gives way without an impact, and so does a cell that a tilted face crushes.
+        nearing = -v[:, 0]
+        nearing = nearing * (motion.force[:, 0] < strength) * (nearing * self.time_step > tilt)
         h = self._until_impact(h, gap, nearing, contacts.yields[:, 0], float(np.vdot(V, momentum)))
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
@@ -288,10 +298,12 @@ class Dynamics:
         bend = _turned((spin @ spin)[ends], arm)
         way = h**2 / 2 * _turned(frame, bend[1] - bend[0])
         way[:, 0] += gap
+        M = len(self._ties)
         if M:
             # Ends that move across a tie lengthen it, too.
             speed = before[ends[:, -M:], :3] - _turned(spin[ends[:, -M:]], arm[:, -M:])
-            way[-M:, 0] += span - h * v[-M:, 0] - np.linalg.norm(apart[-M:] + h * (speed[1] - speed[0]), axis=1)
+            further = np.linalg.norm(apart[-M:] + h * (speed[1] - speed[0]), axis=1)
+            way[-M:, 0] += np.linalg.norm(apart[-M:], axis=1) - h * v[-M:, 0] - further
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
         resting[:, 1:] += motion.force[:, 1:]
@@ -301,7 +313,7 @@ class Dynamics:
         push = momentum / k + acting[free]
         equations = _Equations(system, parts, mass / k, push, self._unit, resting, damping, contacts.friction, strength)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
-        share = np.minimum(square / (k * time), 0.5)
+        share = np.minimum(COMPLIANCE * self.time_step**2 / (k * time), 0.5)
         guess = motion.force + share * (resting - damping * v - motion.force)
         found = equations.solved(V, v, guess)
         if found is None:
@@ -312,10 +324,12 @@ class Dynamics:
         mean = (twist + before) / 2
         placement, longer = self._moved(motion.placement, twist, h), motion.elongation
         if M:
-            longer = self._structure.ties(placement).span - ties.span
-        peak = np.maximum(motion.peak_elongation, longer)
+            longer = self._structure.ties(placement).span - self._ties.span
+        peak, depth = np.maximum(motion.peak_elongation, longer), motion.crushed_depth
+        if len(contacts.cell):
+            depth = self._cells.pressed(depth, contacts.cell, placement.position, placement.rotation)
         return Step(
-            motion=Motion(placement, after, h, x, longer, peak),
+            motion=Motion(placement, after, h, x, longer, peak, depth),
             impulse_time=k,
             twist=twist,
             mean=mean,
@@ -325,6 +339,38 @@ class Dynamics:
             iterations=found.iterations,
             loads=acting,
         )
+
+    def _placed(self, motion: Motion, contacts: Contacts, G: Array) -> "_Placed":
+        """Return the contacts at a placement with the centres of mass G (B, 3)."""
+        R, ends, ties, c = motion.placement.rotation, contacts.ends, self._ties, contacts.cell
+        frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
+        arm = _turned(R[ends], contacts.arm)
+        point = G[ends] + arm
+        apart = point[1] - point[0]
+        compliance = COMPLIANCE * self.time_step**2 * contacts.yields
+        if not len(ties) and not len(c):
+            gap = (frame[:, 0] * apart).sum(axis=1)
+            return _Placed(frame, arm, apart, gap, compliance, np.array(np.inf), np.array(0.0))
+        strength, tilt = np.full(len(frame), np.inf), np.zeros(len(frame))
+        if len(c):
+            last = len(frame) - len(ties)
+            at = slice(last - len(c), last)
+            cells = self._cells.at(motion.placement.position, R, Worn(motion.crushed_depth))
+            arm[:, at] = cells.point[c] - G[ends[:, at]]
+            apart[at] = cells.gap[c, None] * frame[at, 0]
+            compliance = np.tile(compliance, 3)
+            compliance[at, 0] = cells.compliance[c]
+            strength[at], tilt[at] = self._cells.strength[c], (cells.tilt * cells.sinks)[c]
+        slack = np.zeros(len(frame))
+        if M := len(ties):
+            # Anchors at the same point define no direction.
+            span = np.maximum(np.linalg.norm(apart[-M:], axis=1), 1e-300)
+            frame[-M:, 0] = -apart[-M:] / span[:, None]
+            # A tie that has yielded pulls with its capacity at the largest elongation.
+            peak = motion.peak_elongation
+            slack[-M:] = ties.span + np.maximum(peak - compliance[-M:, 0] * ties.capacity, 0.0)
+            strength[-M:] = np.where(peak > ties.elongation_limit, 0.0, ties.capacity)
+        return _Placed(frame, arm, apart, slack + (frame[:, 0] * apart).sum(axis=1), compliance, strength, tilt)
 
     def _until_impact(self, h: float, gap: Array, nearing: Array, compliance: Array, energy: float) -> float:
         """Return the time until the first strong impact within a step h."""
@@ -343,6 +389,32 @@ class Dynamics:
         G = self._centres(placement) + h * twist[:, :3]
         turned = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
         return Placement(G - _turned(turned, self._masses.offset), turned)
+
+
+class _Placed(NamedTuple):
+    """Contacts at the beginning of a step.
+
+    Attributes
+    ----------
+    frame, arm : (K, 3, 3) and (2, K, 3) arrays
+        As in :class:`Contacts`, in global axes; arms in m.
+    apart : (K, 3) array, m
+        From the point of the minus block to the point of the plus block.
+    gap : (K,) array, m
+        Negative for an overlap, and for ties that pull.
+    compliance : (K, 1 or 3) array, m/N
+    strength : (K,) or () array, N
+    tilt : (K,) or () array, m
+        Tilt of the other face across the width of a cell.
+    """
+
+    frame: Array
+    arm: Array
+    apart: Array
+    gap: Array
+    compliance: Array
+    strength: Array
+    tilt: Array
 
 
 class _Trial(NamedTuple):
@@ -457,10 +529,10 @@ class _Equations:
         Momentum before by the time of the impulse, and loads.
     unit : (F, 6) array, N and N·m
         Unit of unbalanced wrenches.
-    resting, damping : (K, 3) and (K, 1) arrays, N and N·s/m
+    resting, damping : (K, 3) and (K, 1 or 3) arrays, N and N·s/m
         Forces of contacts without limits are ``resting − damping v`` at relative velocities v.
     friction : (K,) array
-    strength : (K,) array or float, N
+    strength : (K,) or () array, N
         Largest normal forces.
     """
 
@@ -472,7 +544,7 @@ class _Equations:
     resting: Array
     damping: Array
     friction: Array
-    strength: Array | float
+    strength: Array
 
     def solved(self, V: Array, v: Array, guess: Array) -> "_Trial | None":
         """Return the solution; None if it is not found.
@@ -488,7 +560,7 @@ class _Equations:
         x = x + _turned(slope, self.resting - self.damping * v - guess)
         trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
         try:
-            while not trial.worst <= SOLVED:
+            while not trial.worst <= NEGLIGIBLE:
                 if trial.iterations > ITERATIONS:
                     return None
                 changed = self._changed(trial, least)
@@ -508,7 +580,7 @@ class _Equations:
 
         Shares are halved until the trial misses less than ``enough``, and more than the share before.
         """
-        change = self.system.solved(self.parts, self.M, trial.slope * self.damping[:, :, None], trial.missed)
+        change = self.system.solved(self.parts, self.M, trial.slope * self.damping[:, None], trial.missed)
         relative, count = self.system.relative(self.parts, change), trial.iterations + 1
         best = self._at(trial.V + change, trial.v + relative, count, limit)
         for halving in range(1, HALVINGS + 1):

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import MOSTLY, Array, Flags
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
@@ -57,9 +57,6 @@ def coordinates_of(model: Model, dim: str, values: NDArray[Any], arrays: Arrays)
 RISES, JUMPS = 0.02, 0.03
 #: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
-#: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
-#: they no longer do; change of the force of a tie between two states, relative to its largest force, that is sudden.
-MOSTLY = 0.5
 #: Values of a curve without joints that crush, where they are not those of its cells.
 _WITHOUT_CELLS = {"cell_of_contact": -1, "largest_crushed_depth": 0.0}
 
@@ -81,13 +78,8 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
         the largest displacement of the supports before blocks fall, NaN if none fall. A settlement has ``reaction``;
         ``tie_break_displacement`` that at which each tie breaks, NaN where it does not.
     """
-    names = state_variables(MotionState)
-    # A model without ties has no tie variables, and one without joints that crush no variables of cells.
-    lacks = {dim for dim, there in (("tie", model.ties), ("cell", arrays["crushed_depth"].size)) if not there}
-    lacks |= _WITHOUT_CELLS.keys() if "cell" in lacks else set[str]()
-    values: dict[str, Any] = {n: arrays[n] for n, v in names.items() if not lacks & {n, *v.dims}}
+    values = _values_of(MotionState, model, arrays)
     values |= coordinates_of(model, "step", np.arange(len(arrays["load_factor"])), arrays)
-    values |= _of_ties_in(model)
     if isinstance(case, SettlementCase):
         values["reaction"] = -reaction_unit(model, case) * arrays["load_factor"] + 0.0
     along = (arrays[name] for name in ("displacement", "load_factor", "falls"))
@@ -99,15 +91,19 @@ def capacity_of(model: Model, case: Case, arrays: Arrays) -> xr.Dataset:
     return curve.set_coords([n for n in ("displacement", "step_of_contact", "tie_elongation_limit") if n in values])
 
 
-def _of_ties_in(model: Model) -> dict[str, NDArray[Any]]:
-    """Return the names and elongation limits of the ties of a model; nothing without ties."""
-    if not model.ties:
-        return {}
-    segments = tie_segments(model.ties, model.blocks)
-    return {
-        "tie": np.array([segment.name for segment in segments], dtype=object),
-        "tie_elongation_limit": np.array([segment.elongation_limit for segment in segments]),
-    }
+def _values_of(kind: type[MotionState | RecordState], model: Model, arrays: Arrays) -> dict[str, Any]:
+    """Return the values of states, with the names and elongation limits of ties.
+
+    A model without ties has no tie variables, and one without joints that crush no variables of cells.
+    """
+    lacks = {dim for dim, there in (("tie", model.ties), ("cell", arrays["crushed_depth"].size)) if not there}
+    lacks |= _WITHOUT_CELLS.keys() if "cell" in lacks else set[str]()
+    values: dict[str, Any] = {n: arrays[n] for n, v in state_variables(kind).items() if not lacks & {n, *v.dims}}
+    if model.ties:
+        segments = tie_segments(model.ties, model.blocks)
+        values["tie"] = np.array([segment.name for segment in segments], dtype=object)
+        values["tie_elongation_limit"] = np.array([segment.elongation_limit for segment in segments])
+    return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +190,8 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
             # Ties that yield count as friction.
             slides = friction[jump : jump + steps + 1].max() > SLIDES * abs(alpha[0])
             return [*doubts, (CurveDoubt.SLIPS if slides else CurveDoubt.LEAPS, jump, jump + steps)]
-    # The branch after a change from sliding to rocking may be wrong by as much as the length of the step.
+    # Blocks mostly slide, and then no longer do. The branch after a change from sliding to rocking may be wrong by as
+    # much as the length of the step.
     ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= MOSTLY * friction[:-2])
     length = np.diff(way)
     shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)
@@ -246,6 +243,14 @@ def _of_ties(capacity: xr.Dataset) -> Flags:
     return sudden
 
 
+def _lacking(name: str, variable: Stated, n: int) -> NDArray[Any]:
+    """Return the values of a variable that a motion lacks, along its first dimension of size n.
+
+    They are empty without ties or cells, or what they are without joints that crush.
+    """
+    return np.empty((n, 0)) if len(variable.dims) > 1 else np.full(n, _WITHOUT_CELLS[name])
+
+
 def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     """Return the states of a capacity curve."""
     n, known = capacity.sizes["step"], state_variables(MotionState)
@@ -253,13 +258,10 @@ def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     columns: dict[str, Any] = {}
     for field in fields(MotionState):
         dims = known[field.name].dims
-        # A model without ties has no tie variables, and one without joints that crush no variables of cells.
         if field.name in capacity:
             values = capacity[field.name].to_numpy()
-        elif field.name in _WITHOUT_CELLS:
-            values = np.full(capacity.sizes[dims[0]], _WITHOUT_CELLS[field.name])
         else:
-            values = np.empty((n, 0))
+            values = _lacking(field.name, known[field.name], capacity.sizes[dims[0]])
         if "contact" in dims:
             columns[field.name] = np.split(values, of_next)
         elif dims != ("step",):
@@ -285,11 +287,8 @@ def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
     arrays
         The arrays of its states.
     """
-    names = state_variables(RecordState).items()
-    # A model without ties has no tie variables.
-    values: dict[str, Any] = {n: arrays[n] for n, v in names if model.ties or "tie" not in v.dims}
+    values = _values_of(RecordState, model, arrays)
     values |= coordinates_of(model, "time", arrays["time"], arrays) | {"time_step": arrays["time_step"][0]}
-    values |= _of_ties_in(model)
     if model.ties:
         elongation, limit = arrays["peak_tie_elongation"], values["tie_elongation_limit"]
         values["tie_break_time"] = break_points(arrays["time"], elongation, limit)
@@ -300,8 +299,10 @@ def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
 def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
     """Return the values of the states of a response: the inverse of :func:`response_of`."""
     n = response.sizes["time"]
-    known, none = state_variables(RecordState), np.empty((n, 0))
-    arrays = {name: response[name].to_numpy() if name in response else none for name in known}
+    arrays = {
+        name: response[name].to_numpy() if name in response else _lacking(name, variable, n)
+        for name, variable in state_variables(RecordState).items()
+    }
     arrays["time_step"] = np.full(n, float(response["time_step"]))
     arrays["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
     return arrays

@@ -13,7 +13,7 @@ from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
-from blockstruct.statics.moving_cells import Crushed, MovingCells, PlacedCells
+from blockstruct.statics.moving_cells import Crushed, MovingCells, PlacedCells, Worn
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import applied_loads, summed
@@ -207,13 +207,19 @@ class MovingStructure:
         A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
         return MovedContacts(points, found.gap, A, cell, placed)
 
-    def points(self, placement: Placement, reach: float) -> tuple[ContactPoints, Array, Array]:
+    def points(
+        self, placement: Placement, reach: float, cells: MovingCells, worn: Worn
+    ) -> tuple[ContactPoints, Array, Array, Index]:
         """Return the contact points at a placement with gaps up to ``reach``, m, their gaps (K,), m, and levels (K,).
 
-        The level is 1 at a vertex of the plus block, 0 at a vertex of the minus block, and ½ where edges cross.
+        The level is 1 at a vertex of the plus block, 0 at a vertex of the minus block, and ½ where edges cross. The
+        last points are the cells that act, whose numbers come last.
         """
-        found = self._bodies.touching(placement.position, placement.rotation, reach, self.statics.length)
-        return self._points(found, placement.rotation), found.gap, found.level
+        at, cell = (placement.position, placement.rotation), np.empty(0, dtype=np.int64)
+        found = self._bodies.touching(*at, reach, self.statics.length)
+        if len(cells):
+            found, cell, _ = cells.joined(found, *at, worn, reach)
+        return self._points(found, placement.rotation), found.gap, found.level, cell[cell >= 0]
 
     def ties(self, placement: Placement) -> TieTable:
         """Return the ties between the moved anchors at a placement."""

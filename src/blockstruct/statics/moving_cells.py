@@ -28,6 +28,19 @@ class Crushed(NamedTuple):
     share: Array
 
 
+class Worn(NamedTuple):
+    """Memory of cells that bear by their overlap, so that the share of their area that is crushed follows from it.
+
+    Attributes
+    ----------
+    depth : (C,) array, m
+        As in :class:`Crushed`.
+    """
+
+    depth: Array
+    share: None = None
+
+
 class PlacedCells(NamedTuple):
     """Cells at a placement of the blocks.
 
@@ -84,7 +97,7 @@ class MovingCells:
         A convex part of the face with the cell, and one of the other face.
     strength : (C,) array, N
         Compressive strength times the area of the cell.
-    elastic : float, m
+    elastic : (C,) array or float, m
         Elastic overlap under the compressive strength.
     cell, part : (E,) arrays
         Every cell with every convex part of the other face.
@@ -105,7 +118,7 @@ class MovingCells:
     inner: Index
     across: Index
     strength: Array
-    elastic: float
+    elastic: Array | float
     cell: Index
     part: Index
     joint: Index
@@ -178,7 +191,7 @@ class MovingCells:
         """The memory of cells that have borne nothing."""
         return Crushed(np.zeros(len(self)), np.zeros(len(self)))
 
-    def at(self, position: Array, rotation: Array, crushed: Crushed) -> PlacedCells:
+    def at(self, position: Array, rotation: Array, crushed: Crushed | Worn) -> PlacedCells:
         """Return the cells at a placement.
 
         Parameters
@@ -212,8 +225,13 @@ class MovingCells:
         half = np.einsum("kij,kj->ki", self.width, closer / np.maximum(sine, 1e-300)[:, None]) / 2
         tilt = np.where(depth > 0, 0.0, 2 * np.einsum("ki,ki->k", half, closer))
         gap, sinks = distance + depth - tilt / 2, self.elastic + tilt
-        shift = ((1 - share) * tilt / sinks)[:, None] * half
-        sunk = np.minimum(np.clip(-gap / sinks, 0.0, 1.0), share)
+        overlap = np.clip(-gap / sinks, 0.0, 1.0)
+        if share is None:
+            share, whole = overlap, np.maximum(tilt + overlap * self.elastic, 1e-300)
+        else:
+            whole = sinks
+        shift = ((1 - share) * tilt / whole)[:, None] * half
+        sunk = np.minimum(overlap, share)
         return PlacedCells(
             point=centre + np.einsum("kij,kj->ki", turn, shift),
             gap=gap,
@@ -235,12 +253,20 @@ class MovingCells:
         lost = -self.at(position, rotation, before).distance - self.elastic
         return Crushed(np.where(share >= 1 - ROUNDING, np.maximum(before.depth, lost), before.depth), share)
 
+    def pressed(self, depth: Array, acts: Index, position: Array, rotation: Array) -> Array:
+        """Return the depths (C,) lost at a placement, where the cells ``acts`` lose their overlap at their strength."""
+        at = self.at(position, rotation, Worn(depth))
+        lost = np.maximum(depth, -at.distance - self.elastic)
+        whole = np.zeros(len(self), dtype=bool)
+        whole[acts] = (at.within & (-at.gap >= at.sinks))[acts]
+        return np.where(whole, lost, depth)
+
     def _pressing(self, rotation: Array) -> Array:
         """Return the outward normals (C, 3) of the other faces."""
         return np.asarray(np.einsum("kij,kj->ki", rotation[self.other], self.bodies.normal[self.across]))
 
     def joined(
-        self, found: Touching, position: Array, rotation: Array, crushed: Crushed, reach: float
+        self, found: Touching, position: Array, rotation: Array, crushed: Crushed | Worn, reach: float
     ) -> tuple[Touching, Index, PlacedCells]:
         """Return contact points that include cells, the cell of each or −1, and all cells.
 
