@@ -163,6 +163,14 @@ def test_what_fails_and_when_it_first_did(history, small_analysis):
     assert history.blockstruct.first("unknown").empty
 
 
+def test_a_joint_that_carries_nothing_is_open_unless_none_carries_anything(history):
+    last = history.isel(iteration=[-1]).copy(deep=True)
+    joint = history.blockstruct.interfaces("sticking")[0]
+    for unloaded, state in (({"contact_point": joint}, "open"), ({}, "sticking")):
+        last["contact_force"].loc[unloaded] = 0.0
+        assert bs.results.contact_state(last).sel(interface=joint).item() == state
+
+
 def test_a_block_that_rocks_never_slides():
     history = solve(model_of(*single_block(0.5, 2.0)), push(1, 0, 0)).history
     assert history.blockstruct.interfaces("hinge") == ["ground|block"]

@@ -217,6 +217,9 @@ def test_pressures_of_water_and_wind():
         first = 9.81e3 * 2.0 * (level * depth**2 / 2 - depth**3 / 3)
         np.testing.assert_allclose(force, [total, 0, 0], atol=1e-6)
         np.testing.assert_allclose(moment, [0, first, -total], atol=1e-6)
+    # Water that just reaches a face from below.
+    foot = bs.FaceLoad("block", model.block("block").face_towards("-z"), unit_weight="9.81 kN/m^3", level="0 m")
+    assert not np.any(resultant(model, foot))
     # Wind as pressure in front and suction behind.
     front, back = (model.block("block").face_towards(side) for side in ("-y", "+y"))
     wind = (bs.FaceLoad("block", side, pressure=p) for side, p in ((front, "0.8 kPa"), (back, "-0.4 kPa")))

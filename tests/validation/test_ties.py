@@ -209,6 +209,7 @@ def test_least_tie_force_where_none_is_needed_or_none_will_do():
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
     unneeded = bs.ties.least_tie_force(model.with_ties(model.ties[:1]), case, [model.ties[1]], 0.1)
     assert (unneeded.proven, unneeded.total) == (True, 0.0)
+    assert "without dilatancy" in str(unneeded)
     stressed = bs.Tie("high", *ends(model.ties[1]), yield_force="1 kN", prestress="0.2 kN")
     kept = bs.ties.least_tie_force(model.with_ties([stressed]), case, ["high"], 0.1)
     assert (kept.proven, kept.forces) == (True, pytest.approx({"high": 200.0}))
@@ -247,6 +248,7 @@ def test_ties_that_two_loads_need_are_enough_but_not_proven_to_be_the_least():
     slab = 12e3 * (wanted - 0.15) / 1.9
     assert least.forces == pytest.approx({"t": 8e3, "w": slab}, rel=1e-5)
     assert (least.proven, least.governing) == (False, "both")
+    assert "a smaller sum may do" in str(least)
     strong = [bs.Tie(t.name, *ends(t), yield_force=Q_(least.forces[t.name] * (1 + 1e-5), "N")) for t in model.ties]
     assert solve(model.with_ties(strong), push(-1, 0, 0)).load_factor == pytest.approx(wanted, rel=1e-4)
 
