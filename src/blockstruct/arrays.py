@@ -14,5 +14,7 @@ NEGLIGIBLE = 1e-6
 #: Share of a whole that does not matter to a structure: rounding of numbers that users type, slivers of areas, the
 #: accuracy of a certified collapse state, work that a step of a motion may miss.
 SLIGHT = 1e-3
+#: Share of a whole that is most of it.
+MOSTLY = 0.5
 #: Number of values that are computed at once, which limits the memory.
 CHUNK = 2_000_000

@@ -57,13 +57,10 @@ def test_joints_are_explicit_if_no_tolerance_separates_them(tmp_path):
     assert [i.name for i in joints.explicit] == ["0.1|1.1"]
     report = bs.detect_interfaces(found.blocks, JOINT, joints.tolerance, explicit=joints.explicit).report
     assert pairs(report.contacts) == {("slab", f"0.{k}") for k in range(4)} | {("0.1", "1.1")}
-
-
-def test_no_moves_close_no_joint(tmp_path):
-    found = imported(tmp_path, wall(head=8, bed=1))
-    assert found.moves == {}
-    joints = corrected_joints(found.blocks, JOINT, found.moves)
-    assert (joints.closed, joints.tolerance, joints.explicit) == ((), None, ())
+    # No moves close no joint.
+    still = imported(tmp_path, wall(head=8, bed=1))
+    joints = corrected_joints(still.blocks, JOINT, still.moves)
+    assert (still.moves, joints.closed, joints.tolerance, joints.explicit) == ({}, (), None, ())
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -80,9 +80,7 @@ def test_hints_name_a_sufficient_tolerance():
         "1 of 4 rejected by gap or penetration: a gap tolerance of 0.00404 m would take half of them, 0.00404 m all",
     )
     assert all(hint in str(report) for hint in report.hints)
-
-
-def test_hints_for_a_wall_with_open_joints():
+    # A wall with open joints.
     apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
     close = {("floor", "a"): 0.025, ("floor", "b"): 0.025, ("a", "b"): 0.03}
     assert {c[:2]: round(c[2], 6) for c in apart.close} == close
@@ -112,16 +110,13 @@ def wall(length="0.4 m", height="0.2 m", depth="0.1 m"):
     return bs.courses(WALL, unit_length=length, unit_height=height, thickness=depth, material=STONE)
 
 
-def test_joint_materials_by_orientation_and_by_names():
+def test_joint_materials_by_orientation_by_names_and_by_a_function():
     found = bs.detect_interfaces(wall(), {"base|*": LIME, "bed": DRY, "head": bs.JointMaterial("open", 0.0)})
     materials = {i.name: i.joint_material.name for i in found.interfaces}
     assert materials["base|1.1"] == "lime"
     assert materials["1.1|2.1"] == "dry"
     assert materials["1.1|1.2"] == "open"
     assert found.report.area_by_orientation == pytest.approx({"bed": 9 * 0.04, "head": 7 * 0.02})
-
-
-def test_joint_materials_by_a_function():
     found = bs.detect_interfaces(wall(), lambda joint: LIME if joint.centroid[2] > 0.3 else DRY)
     assert all(i.joint_material is (LIME if i.centroid[2] > 0.3 else DRY) for i in found.interfaces)
 

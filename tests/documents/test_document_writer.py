@@ -16,9 +16,8 @@ LIME = bs.JointMaterial("lime: mortar", **ANGLES, **STRENGTHS)
 
 @pytest.fixture
 def model():
-    blocks = bs.courses(
-        [[1, 1], [0.5, 1, 0.5]], unit_length="37 cm", unit_height="17.5 cm", thickness="0.3333 m", material=TUFF
-    )
+    size = {"unit_length": "37 cm", "unit_height": "17.5 cm", "thickness": "0.3333 m"}
+    blocks = bs.courses([[1, 1], [0.5, 1, 0.5]], **size, material=TUFF)
     # Turned, so that no coordinate is a round number.
     blocks = moved(blocks, rotation((0, 0, 1), 0.3))
     return bs.Model("wall: turned", blocks, bs.detect_interfaces(blocks, joint_material=LIME).interfaces)

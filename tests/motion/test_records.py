@@ -119,9 +119,9 @@ def test_the_search_of_contacts_does_not_change_rocking(monkeypatch):
     statics, t = Statics.of(model_of(blocks, joint)), np.arange(0, 2, 0.01)
     case = bs.RecordCase("r", SELF_WEIGHT, Q_(0.3 * np.sin(2 * np.pi * t), "g_0"), "0.01 s", "+x")
     found = []
-    for reach, ahead in ((record.REACH, record.AHEAD), (1e-4, 1)):
+    for reach, kept in ((record.REACH, record.KEPT), (1e-4, 1)):
         monkeypatch.setattr(record, "REACH", reach)
-        monkeypatch.setattr(record, "AHEAD", ahead)
+        monkeypatch.setattr(record, "KEPT", kept)
         found.append([state.displacement[1, 0] for state in islice(respond(statics, case), 200)])
     assert np.ptp(found[0]) > 0.05
     assert found[0] == pytest.approx(found[1], abs=1e-5)

@@ -51,6 +51,11 @@ def test_walls_with_rings_have_the_exact_area(opening, clear, shift):
     blocks = bs.wall(length=Q_(4.5 + shift, "m"), courses=12, openings=[opening], **SIZE)
     assert area(blocks) == pytest.approx((4.5 + shift) * 3 - clear, rel=1e-9)
     assert len(voussoirs(blocks)) == opening.voussoirs
+    if opening is ROUND:
+        # The keystone extends to the bed joint above, its neighbour does not.
+        tops = {b.name: b.shape.vertices[:, 2].max() for b in voussoirs(blocks)}
+        assert tops["voussoir 1.7"] == pytest.approx(2.5, abs=1e-12)
+        assert tops["voussoir 1.6"] < 2.495
     others = [b.volume / DEPTH for b in blocks if not b.fixed and b not in voussoirs(blocks)]
     # No piece is smaller than a quarter of a unit.
     assert min(others) >= 0.25 * UNIT * HEIGHT * (1 - 1e-6)
@@ -72,14 +77,6 @@ def test_a_pointed_arch_in_a_sidewall_and_leaves_with_headers():
     under = radius**2 * 4 * np.sin(np.arcsin(0.9 / radius) / 4) - (radius - 0.5) * 0.9
     assert (2 + 4) * 3 - area(blocks) == pytest.approx(1 + under, rel=1e-3)
     model_of(blocks, LIME)
-
-
-def test_a_keystone_extends_to_the_bed_joint_above():
-    blocks = bs.wall(length="4.5 m", courses=12, openings=[ROUND], **SIZE)
-    key = next(b for b in blocks if b.name == "voussoir 1.7")
-    assert key.shape.vertices[:, 2].max() == pytest.approx(2.5, abs=1e-12)
-    neighbour = next(b for b in blocks if b.name == "voussoir 1.6")
-    assert neighbour.shape.vertices[:, 2].max() < 2.495
 
 
 def test_a_gable_with_a_round_window():
@@ -137,9 +134,8 @@ def head_joints(blocks, height=HEIGHT):
 
 def test_rubble_depends_on_its_seed_and_overlaps():
     limits = {"shortest": "0.25 m", "longest": "0.7 m", "overlap": "0.1 m"}
-    one, same, other = (
-        bs.wall(length="6 m", courses=20, rubble=Rubble(seed, **limits), **RUBBLE) for seed in (3, 3, 4)
-    )
+    rubbles = [Rubble(seed, **limits) for seed in (3, 3, 4)]
+    one, same, other = (bs.wall(length="6 m", courses=20, rubble=rubble, **RUBBLE) for rubble in rubbles)
     assert [b.shape.vertices.tolist() for b in one] == [b.shape.vertices.tolist() for b in same]
     assert head_joints(one) != head_joints(other)
     joints = head_joints(one)

@@ -100,9 +100,8 @@ def test_joints_on_the_surface_have_the_colour_of_their_state(wall):
     ax = figures.structure(result, ax=axes())
     moving = [state for state in result.states.isel(iteration=-1).to_numpy().tolist() if state != "sticking"]
     # The front edge of each joint, once for each of its parts; joints that stick are edges of blocks.
-    assert Counter(edge for _, edge, _ in drawn(ax)[1]) == Counter(
-        to_rgba(STATE_COLOURS[part]) for state in moving for part in parts(state)
-    )
+    expected = Counter(to_rgba(STATE_COLOURS[part]) for state in moving for part in parts(state))
+    assert Counter(edge for _, edge, _ in drawn(ax)[1]) == expected
     assert {t.get_text() for t in ax.get_legend().get_texts()} == {s.replace(" + ", ", ") for s in moving}
 
 
@@ -136,6 +135,9 @@ def test_the_push_is_an_arrow_with_the_load_factor(rocking):
     assert tip[1] == pytest.approx(tail[1]) == pytest.approx(0.4)
     # It points at the structure from the side that the push comes from.
     assert tail[0] < tip[0] < -1
+    assert rocking[1].plot(look="y").get_xlabel() == "x [m]"
+    with pytest.raises(bs.errors.ModelError, match="give one of mechanism"):
+        rocking[1].plot("bending")
     (text,) = ax.texts
     assert text.get_text() == "α = 0.5"
     ax.figure.draw_without_rendering()
@@ -286,9 +288,8 @@ def test_names_with_dollars_are_no_formulas():
 
 def test_curves_have_readable_units_and_show_the_unlimited_strength():
     strength = xr.DataArray([4e6, np.nan, 1e6], dims="compressive_strength", attrs={"units": "pascal"})
-    data = xr.Dataset(
-        {"load_factor": ("compressive_strength", [0.3, 0.35, 0.2])}, coords={"compressive_strength": strength}
-    )
+    alpha = {"load_factor": ("compressive_strength", [0.3, 0.35, 0.2])}
+    data = xr.Dataset(alpha, coords={"compressive_strength": strength})
     ax = figures.curve(data, label="wall", ax=axes())
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["wall"]
     np.testing.assert_allclose(ax.lines[0].get_xydata(), [[1, 0.2], [4, 0.3]])
@@ -336,6 +337,8 @@ def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analys
     with monkeypatch.context() as patch:
         patch.setattr(Drawing, "picture", lambda *_: b"drawn")
         written = figures.write_figures(small_analysis, folder)
+    named = _file_names(["a/b", "a b", "../x", "A-B", "push +x [slow]", "墙", "///"])
+    assert list(named.values()) == ["a-b", "a-b-2", "x", "A-B-3", "push-+x-slow", "墙", "case"]
     names = ["mechanism", "loads", "states", "sliding", "forces"]
     both = {"push-associative": names, "push-nonassociative": [*names, "convergence", "certificate"]}
     assert [p.name for p in written] == [f"{case}-{name}.png" for case, all_ in both.items() for name in all_]
@@ -348,11 +351,6 @@ def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analys
     (tmp_path / "file").write_text("taken")
     with refused(bs.errors.StorageError, "file made"):
         figures.write_figures(small_analysis, tmp_path / "file")
-
-
-def test_names_of_cases_become_different_names_of_files():
-    named = _file_names(["a/b", "a b", "../x", "A-B", "push +x [slow]", "墙", "///"])
-    assert list(named.values()) == ["a-b", "a-b-2", "x", "A-B-3", "push-+x-slow", "墙", "case"]
 
 
 def test_cases_without_iterations_or_without_a_mechanism_are_refused(small_model):
@@ -393,12 +391,6 @@ def test_a_legend_of_long_names_stays_on_the_picture():
     assert len(texts) >= 3
     assert all(text.get_text().endswith(" kN of it carried") for text in texts)
     assert max(text.get_window_extent().x1 for text in texts) <= figure.bbox.x1
-
-
-def test_results_plot_themselves(rocking):
-    assert rocking[1].plot(look="y").get_xlabel() == "x [m]"
-    with pytest.raises(bs.errors.ModelError, match="give one of mechanism"):
-        rocking[1].plot("bending")
 
 
 def test_the_compass(small_model, dead):
@@ -447,11 +439,9 @@ def test_the_tornado():
 
 def test_the_distribution():
     alpha, status = np.append(np.linspace(0.1, 0.3, 19), np.nan), ["converged"] * 19 + ["failed"]
-    data = xr.Dataset(
-        {"load_factor": (("run", "case"), alpha[:, None]), "status": (("run", "case"), np.array(status)[:, None])},
-        coords={"case": ["push"]},
-        attrs={"sampling": "monte carlo"},
-    )
+    values = {"load_factor": alpha, "status": np.array(status)}
+    values = {name: (("run", "case"), of[:, None]) for name, of in values.items()}
+    data = xr.Dataset(values, coords={"case": ["push"]}, attrs={"sampling": "monte carlo"})
     ax = figures.distribution(data)
     step, *_ = ax.get_lines()
     assert step.get_xdata().tolist() == alpha[:19].tolist()

@@ -52,8 +52,8 @@ def ended(analysis, **statuses):
     def outcome(status):
         return Outcome(bs.Status(status), np.nan, Reason.NO_CERTIFICATE)
 
-    results = {n: r.changed(outcome=outcome(statuses[n])) if n in statuses else r for n, r in analysis.items()}
-    return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
+    ended = {name: analysis[name].changed(outcome=outcome(status)) for name, status in statuses.items()}
+    return analysis.replaced(results={**analysis, **ended})
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +72,7 @@ def block():
 
 @pytest.fixture(scope="module")
 def stands(block):
-    names = ("good", "back")
-    return bs.Analysis(block.model, {name: block[name] for name in names}, block.created_at, block.versions)
+    return block.replaced(results={name: block[name] for name in ("good", "back")})
 
 
 def test_no_check_makes_up_for_a_case_that_falls(block):
@@ -102,7 +101,7 @@ def test_a_settlement_governs_alone(block):
     """Without a push the report relies on the reaction, which is no load factor."""
     both = bs.AnalysisManager(block.model).run([block["good"].case, SINKS])
     assert "Relied on: capacity / demand" in summary(ended(both, sinks="interrupted"), [checked(both["good"])])
-    alone = summary(bs.Analysis(both.model, {"sinks": both["sinks"]}, both.created_at, both.versions))
+    alone = summary(both.replaced(results={"sinks": both["sinks"]}))
     assert f"Relied on: reaction {both['sinks'].headline.number} of “sinks”" in alone
     assert "load factor" not in alone
 
@@ -157,9 +156,7 @@ def test_the_lowest_of_all_ways_governs(stands):
     head = summary(stands, [bears, low])
     assert "Relied on: capacity / demand 0.93 of “back” (SLV, linear), which of 2 checks" in head
     assert "Other load factors, with the least motion of each, give up to 1.2." in head
-
-
-def test_an_acceleration_beyond_the_search_is_marked(stands):
+    # An acceleration beyond the search is marked.
     assert "<b>more than 10 g</b>" in summary(stands, [checked(stands["good"], ag=np.inf)])
 
 
@@ -179,8 +176,7 @@ def beginning(analysis, first):
     """The analysis, its curve as if it began at another load factor."""
     curve = analysis["push"].capacity.copy(deep=True)
     curve["load_factor"][0] = first
-    results = {"push": dataclasses.replace(analysis["push"], capacity=curve)}
-    return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
+    return analysis.replaced(results={"push": dataclasses.replace(analysis["push"], capacity=curve)})
 
 
 def test_a_curve_of_rounded_corners_stands_next_to_its_load_factor(rounded):
@@ -200,24 +196,19 @@ def test_a_curve_that_begins_half_a_per_cent_off_is_marked():
         head = summary(beginning(sharp, factor * alpha))
         assert (f"the curve begins at {factor * alpha:.4g}" in head) is marked
         assert "rounded corners" not in head
-
-
-def test_the_first_page_has_the_end_and_the_doubts_of_a_curve():
-    sharp = pushover()
+    # The end and the doubts of the curve stand there, and a note of the governing check is not repeated.
     ended = sharp["push"].curve_ended
     assert f"<p>Pushover “push”: {ended}.</p>" in summary(sharp)
-    high = beginning(sharp, 0.9 * sharp["push"].load_factor)
+    high = beginning(sharp, 0.9 * alpha)
     warned = str(bs.results.doubtful_parts(high["push"].capacity, high["push"].settings.procedure)[0])
     assert f"; {ended}; {warned}.</p>" in summary(high)
-    # A note of the governing check is not repeated.
     assert summary(high, [bs.assess.local_mechanism(high["push"], 1.35, SITE)]).count(warned) == 1
 
 
 def test_the_first_page_lists_three_of_many_pushovers(rounded):
-    results = {
-        f"p{k}": dataclasses.replace(rounded["push"], case=rounded["push"].case.renamed(f"p{k}")) for k in range(5)
-    }
-    head = summary(bs.Analysis(rounded.model, results, rounded.created_at, rounded.versions))
+    result, names = rounded["push"], [f"p{k}" for k in range(5)]
+    results = {name: dataclasses.replace(result, case=result.case.renamed(name)) for name in names}
+    head = summary(rounded.replaced(results=results))
     assert head.count("<p>Pushover “") == 3
     assert report.more_curves(2) in head
 
@@ -250,9 +241,8 @@ def test_the_first_page_marks_uncovered_directions(stands):
 def test_each_note_stands_once_and_is_cited_by_number(stands):
     shared, own = Note(NoteCode.RANGE, Severity.CAUTION, "both."), Note(NoteCode.MASSES, Severity.CAUTION, "one.")
     good, back = (bs.assess.local_mechanism(result, 1.35, SITE) for result in stands.values())
-    page = report_html(
-        stands, checks=[dataclasses.replace(good, notes=(shared,)), dataclasses.replace(back, notes=(own, shared))]
-    )
+    checks = [dataclasses.replace(good, notes=(shared,)), dataclasses.replace(back, notes=(own, shared))]
+    page = report_html(stands, checks=checks)
     notes = re.findall(r"&ensp;(.*?)</p>", page)
     assert [sum(note.text in text for text in notes) for note in (shared, own)] == [1, 1]
     rows = re.findall(r"<tr><td>(good|back)</td>.*?<td class=\"number\">([\d, –]+)</td></tr>", page)
@@ -266,26 +256,12 @@ def case(name="push", direction=(1, 0, 0), flow="nonassociative"):
 
 @pytest.fixture(scope="module")
 def slender():
-    blocks, joint = single_block(0.4, 4.0)
-    return bs.AnalysisManager(model_of(blocks, joint, "block of Lucca")).run([case()])
+    return bs.run(model_of(*single_block(0.4, 4.0), "block"), case())
 
 
 @pytest.fixture(scope="module")
 def check(slender):
     return bs.assess.local_mechanism(slender["push"], 1.35, SITE)
-
-
-@pytest.fixture(scope="module")
-def paper(tmp_path_factory):
-    """The texts of the pages of a PDF."""
-    blocks, joint = single_block(0.4, 4.0)
-    analysis = bs.AnalysisManager(model_of(blocks, joint)).run([case()])
-    check = bs.assess.local_mechanism(analysis["push"], 1.35, SITE)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
-        path = tmp_path_factory.mktemp("paper") / "r.pdf"
-        write_report(analysis, path, project={"client": "Town of Lucca"}, checks=[check])
-        return pages(path)
 
 
 @pytest.fixture(scope="module")
@@ -344,7 +320,8 @@ def test_a_check_of_another_number_is_refused(spread, slender):
         report_html(spread, checks=[bs.assess.local_mechanism(slender["push"], 1.35, SITE)])
 
 
-def test_the_report_is_a_pdf_of_numbered_pages(paper):
+def test_the_report_is_a_pdf_of_numbered_pages(slender, check, tmp_path):
+    paper = pages(write_report(slender, tmp_path / "r.pdf", project={"client": "Town of Lucca"}, checks=[check]))
     for number, text in enumerate(paper, 1):
         assert f"{number} / {len(paper)}" in text
     # The summary is one page, and nothing else is on it.
@@ -370,10 +347,8 @@ def test_a_long_word_does_not_push_numbers_off_the_page(tmp_path):
 
 
 def test_a_template_that_loads_other_files_is_refused(slender, tmp_path):
-    own = tmp_path / "firm.html.j2"
-    own.write_text(
-        '{% extends "report.html.j2" %}{% block foot %}<img src="file:///etc/hostname">{% endblock %}', encoding="utf-8"
-    )
+    own, image = tmp_path / "firm.html.j2", '<img src="file:///etc/hostname">'
+    own.write_text('{% extends "report.html.j2" %}{% block foot %}' + image + "{% endblock %}", encoding="utf-8")
     with pytest.raises(bs.errors.StorageError, match="not part of the report"):
         write_report(slender, tmp_path / "r.pdf", template=own)
     assert not (tmp_path / "r.pdf").exists()

@@ -14,18 +14,15 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
-from blockstruct.solvers.step import UNBALANCED
+from blockstruct.solvers.splitting import LEAST
+from blockstruct.solvers.step import RECENT, UNBALANCED
 from blockstruct.statics import Crushed, MovedContacts, Placement
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05
-#: Number of recent steps. Their work measures the gap of a step, and the longest one limits the next step.
-RECENT = 4
 #: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
 #: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
 CERTIFIED = UNBALANCED
-#: Least work that counts, relative to the first state.
-LEAST_WORK = 0.05
 
 
 class Course:
@@ -138,7 +135,7 @@ class Course:
             # The supports may have no reaction. A load factor of one is the dead load.
             first = 1.0
         # What drops is driven by the dead load.
-        work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST_WORK * abs(first))
+        work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST * abs(first))
         within = max(c.equilibrium_residual, c.yield_excess, c.interpenetration) <= CERTIFIED
         state = replace(
             found,

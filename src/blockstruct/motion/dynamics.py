@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import SLIGHT, Array, Index
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
@@ -21,8 +21,8 @@ Loads = Callable[[float], Array]
 #: Compliance of a contact, in units of ``h² / m`` with the step h and the mass m of the two blocks. Contacts deform by
 #: this share of the way that their force moves the blocks in a step, and a bounce decays by 90 % in each step.
 COMPLIANCE = 0.01
-#: Newton iterations of a step, and the unbalanced wrench of a solution relative to the weight of each block.
-ITERATIONS, SOLVED = 200, 1e-7
+#: Newton iterations of a step.
+ITERATIONS = 200
 #: Most halvings of a Newton step, and iterations in which the limits of friction do not follow the normal forces.
 HALVINGS, HELD = 8, 2
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
@@ -560,7 +560,7 @@ class _Equations:
         x = x + _turned(slope, self.resting - self.damping * v - guess)
         trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
         try:
-            while not trial.worst <= SOLVED:
+            while not trial.worst <= NEGLIGIBLE:
                 if trial.iterations > ITERATIONS:
                     return None
                 changed = self._changed(trial, least)

@@ -13,16 +13,16 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import SLIGHT, Array, Flags, Index
+from blockstruct.arrays import MOSTLY, SLIGHT, Array, Flags, Index
 from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY, SettlementCase
 from blockstruct.model.cases import STEPS
-from blockstruct.motion.course import CERTIFIED, RECENT, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import CERTIFIED, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
-from blockstruct.solvers.step import StepProblem, StepSolution, solve_step
+from blockstruct.solvers.step import RECENT, StepProblem, StepSolution, solve_step
 from blockstruct.statics import Placement
 from blockstruct.vocabulary import CurveEnd
 
@@ -46,8 +46,6 @@ SHORTEST = 1 / 4096
 SHORTER = 0.25
 #: Load factor, relative to collapse, above which something immovable stops the push.
 JAMS = 100.0
-#: Speed, relative to the fastest block, above which a moving block is named.
-MOSTLY = 0.5
 #: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the usual number
 #: if fewer are requested.
 PATIENCE = 5

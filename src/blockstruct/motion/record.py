@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from blockstruct.arrays import Array
+from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
 from blockstruct.model.fields import label
@@ -17,17 +17,15 @@ from blockstruct.motion.moving_problem import check_in_motion
 from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
 from blockstruct.vocabulary import Reason
 
-#: Steps in the time √(r / g) of the smallest block, with r its radius of gyration.
+#: Steps in the time √(r / g) of the smallest block, with r its radius of gyration. Contacts are found as far away as
+#: the fastest block goes in as many steps.
 RESOLUTION = 48
 #: Most states of a record, and the shortest time between two, s.
 STATES, SHORTEST = 200, 0.01
-#: Slip of contacts and gap up to which they are followed, in mean block sizes, and the number of steps in which the
-#: fastest block closes a wider gap. Contacts are found anew when a contact may have slipped by the one, or two blocks
-#: together have moved by the other; from a state that is kept after half of it, or after this number of states.
-REACH, AHEAD, KEPT = 0.02, 32, 16
-#: At rest: kinetic energy, relative to the work that lifts each block by its radius of gyration, and acceleration,
-#: relative to gravity. At the turn of a motion, only the first is small.
-REST, STILL = 1e-7, 1e-2
+#: Slip of contacts up to which they are followed, and least gap, in mean block sizes. Contacts are found anew when a
+#: contact may have slipped by the one, or two blocks together have moved by the gap; from a state that is kept after
+#: half of that, or after this number of states.
+REACH, KEPT = 0.02, 16
 #: Longest motion after the record, s, if the record is not longer itself.
 AFTER = 30.0
 
@@ -101,7 +99,7 @@ class _Run:
         self._fall = Fall.of(model)
         self._radius = np.array([np.linalg.norm(b.shape.vertices - b.centroid, axis=1).max() for b in model.blocks])
         m = self._masses
-        self._rest = REST * STANDARD_GRAVITY * float((m.mass * m.size)[self._free].sum())
+        self._rest = NEGLIGIBLE * STANDARD_GRAVITY * float((m.mass * m.size)[self._free].sum())
         self._times, ground = case.times, case.ground
         self._moments = self._times.tolist()
         # The integral of the acceleration, which is linear between samples: a step takes the mean over its impulse.
@@ -149,7 +147,8 @@ class _Run:
             return Reason.BLOCKS_FALLEN
         if state.time < self._end * (1 - 1e-12):
             return None
-        still = state.acceleration <= STILL * STANDARD_GRAVITY
+        # At the turn of a motion, only the energy is small.
+        still = state.acceleration <= SLIGHT * STANDARD_GRAVITY
         if state.steps and still and state.kinetic_energy <= self._rest:
             return Reason.AT_REST
         limit = self._end + max(AFTER, self._end - self._begin)
@@ -180,7 +179,7 @@ class _Run:
         while part < total:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
-                reach = max(self._follows, AHEAD * h * float(self._speeds(twist).max()))
+                reach = max(self._follows, RESOLUTION * h * float(self._speeds(twist).max()))
                 contacts, force = self._dynamics.contacts(motion.placement, motion.crushed_depth, reach, forces)
                 motion, moved, slip, kept = replace(motion, force=force), np.zeros(len(twist)), 0.0, 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)

@@ -17,14 +17,12 @@ from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.path import Path
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers.interior_point import Step
+from blockstruct.solvers.splitting import LEAST
 from blockstruct.vocabulary import SolverStatus, Stage
 
 #: Largest flow-rule gap of the closed state, relative to the load factor, and change of the load factor that costs as
 #: much as doubling the force at a contact.
 CLOSED = 1e-4
-#: Least normal force of a closed contact at the start, in multiples of the mean. With the mean, the forces of a cross
-#: vault are found at a load factor 4e-4 lower than by a program.
-PRESSED = 0.3
 
 
 def close_path(
@@ -105,7 +103,7 @@ def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: Proc
     slides = (slip > least)[pressed]
     v, slip, opening = v[pressed], slip[pressed], opening[pressed]
     mu = np.maximum(problem.friction[pressed], LEAST_FRICTION)
-    n = np.maximum(near[pressed, 0], PRESSED * near[:, 0].mean())
+    n = np.maximum(near[pressed, 0], LEAST * near[:, 0].mean())
     # Friction starts inside its limit where contacts slide, and at zero elsewhere.
     x = np.column_stack([n, np.zeros((len(n), 2))])
     x[slides, 1:] = -(INSIDE * (mu * n)[slides] / slip[slides])[:, None] * v[slides, 1:]

@@ -10,9 +10,6 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Procedure, Stage
 
-#: Number of last load factors whose range is the reported drift.
-RECENT = 3
-
 
 def fictitious_iteration(
     program: ConicProgram,
@@ -78,7 +75,8 @@ def fictitious_iteration(
             yield closing
             left -= 1
             if closing.certificate.holds:
-                recent = load_factors[-RECENT:]
+                # Since the step before it settled.
+                recent = load_factors[-2 - settled :]
                 found = Found(closing, Procedure.FICTITIOUS, settled >= 2, (min(recent), max(recent)))
                 return found, closing
             cooldown = pause = 2 * pause

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import MOSTLY, Array, Flags
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
@@ -57,9 +57,6 @@ def coordinates_of(model: Model, dim: str, values: NDArray[Any], arrays: Arrays)
 RISES, JUMPS = 0.02, 0.03
 #: Work of friction and ties, relative to the work of the push at the first state, below which blocks do not slide.
 SLIDES = 0.1
-#: Work of friction, relative to the work of the push, from which blocks mostly slide; share of this work below which
-#: they no longer do; change of the force of a tie between two states, relative to its largest force, that is sudden.
-MOSTLY = 0.5
 #: Values of a curve without joints that crush, where they are not those of its cells.
 _WITHOUT_CELLS = {"cell_of_contact": -1, "largest_crushed_depth": 0.0}
 
@@ -193,7 +190,8 @@ def _changes(curve: xr.Dataset) -> list[tuple[CurveDoubt, int, int]]:
             # Ties that yield count as friction.
             slides = friction[jump : jump + steps + 1].max() > SLIDES * abs(alpha[0])
             return [*doubts, (CurveDoubt.SLIPS if slides else CurveDoubt.LEAPS, jump, jump + steps)]
-    # The branch after a change from sliding to rocking may be wrong by as much as the length of the step.
+    # Blocks mostly slide, and then no longer do. The branch after a change from sliding to rocking may be wrong by as
+    # much as the length of the step.
     ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= MOSTLY * friction[:-2])
     length = np.diff(way)
     shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)

@@ -15,8 +15,9 @@ from blockstruct.solvers.interior_point import ContactProblem, ContactState, Ste
 from blockstruct.solvers.interior_point.cones import ConeVector
 from blockstruct.solvers.interior_point.schur import OPTIONS
 
-#: Smaller forces count as this share of the mean normal force in a penalty.
-LEAST_FORCE = 0.05
+#: Smaller numbers count as this share of a usual one: forces in a penalty or at the start of a search, relative to the
+#: mean normal force; work of a state, relative to the first state.
+LEAST = 0.05
 #: Share of the change of normal forces and slip that friction and dilatancy follow in one iteration. Measured: with
 #: 0.05 or 0.2 the forces of 2,430 blocks settle more slowly.
 FOLLOWS = 0.1
@@ -198,7 +199,7 @@ class _Rows:
             forces = np.where(self._is_force, np.abs(x), 0.0)
             for group, rows in zip(self._contact.conditions.groups, self._members, strict=True):
                 force = forces[group.columns].max(axis=1)
-                weights[rows] *= (mean / np.maximum(force, LEAST_FORCE * mean))[:, None]
+                weights[rows] *= (mean / np.maximum(force, LEAST * mean))[:, None]
         return weights
 
     def inverse(self, weight: Array) -> sp.csr_array:

@@ -11,11 +11,12 @@ from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.ties import Ties
 from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
-from blockstruct.solvers.splitting import FOLLOWS, LEAST_FORCE, RELAXED, dot, factorised, norm
+from blockstruct.solvers.splitting import FOLLOWS, LEAST, RELAXED, dot, factorised, norm
 
 #: Most Newton iterations.
 ITERATIONS = 8
-#: Earlier residuals of which the largest must not be exceeded; as many halvings of a step are tried.
+#: Number of recent values that a new one is compared with: residuals, of which the largest must not be exceeded; works
+#: and lengths of the steps of a motion. Halvings of a change of Newton's method.
 RECENT = 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
@@ -222,7 +223,7 @@ class _Springs:
         points, force, moved = self._points, self._force, self._moved
         normal = np.maximum(force[:points:3], 0.0)
         mean = float(normal.sum()) / max(len(normal), 1) or 1.0
-        size = np.concatenate([np.maximum(normal, LEAST_FORCE * mean), np.full(len(force) - points, mean)])
+        size = np.concatenate([np.maximum(normal, LEAST * mean), np.full(len(force) - points, mean)])
         slip = np.concatenate([np.linalg.norm(moved[:points].reshape(-1, 3), axis=1), np.abs(moved[points:])])
         slip = np.maximum(slip, np.sqrt((moved**2).mean()) + mean * (1 / self._elastic).mean())
         rho = size / (self._compliance * slip)
