@@ -94,13 +94,15 @@ def assumption_sentences(
             "Ties bear tension alone, along the straight line between their ends. They are rigid up to their largest "
             "force and yield there without limit, unless an elongation limit is stated. Their weight is not considered."
         )
+    ties = ", and ties break at their elongation limits" if model.ties else ""
     if scope.has_curve:
-        ties = ", and ties break at their elongation limits" if model.ties else ""
         texts.append(
             "Beyond the collapse state a curve follows the blocks through finite displacements, slowly and without "
             "dynamic effects. Equilibrium and contacts refer to the displaced blocks; "
             f"{_corners(scope.corners)}{ties}."
         )
+    if scope.moves:
+        texts.append(f"Under a record blocks move with their mass and strike each other without bounce{ties}.")
     if scope.rotates:
         texts.append(
             "Along the capacity curve of a check a body turns through finite angles about a fixed hinge, where its "
