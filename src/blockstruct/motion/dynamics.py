@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 
-from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array, Index
+from blockstruct.arrays import SLIGHT, Array, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
+from blockstruct.motion.equations import Equations, System, turned
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
-from blockstruct.solvers.interior_point.schur import OPTIONS
-from blockstruct.solvers.step import limited
 from blockstruct.statics import MovingStructure, Placement, Worn
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
@@ -21,12 +19,6 @@ Loads = Callable[[float], Array]
 #: Compliance of a contact, in units of ``h² / m`` with the step h and the mass m of the two blocks. Contacts deform by
 #: this share of the way that their force moves the blocks in a step, and a bounce decays by 90 % in each step.
 COMPLIANCE = 0.01
-#: Newton iterations of a step.
-ITERATIONS = 200
-#: Most halvings of a Newton step, and iterations in which the limits of friction do not follow the normal forces.
-HALVINGS, HELD = 8, 2
-#: Number of unknowns up to which a dense matrix is faster than a sparse one.
-DENSE = 60
 #: Shortest part of a step that is divided at an impact, as a share.
 SPLIT = 0.05
 #: Matrices of the cross product ``r × n`` with the unit vectors r, transposed: (3, 9).
@@ -57,7 +49,7 @@ class Contacts:
         Sum of the inverse masses of the two blocks.
     cell : (A,) array
         Cells that act.
-    system : _System
+    system : System
         Unknowns that the contacts connect.
     """
 
@@ -68,7 +60,7 @@ class Contacts:
     friction: Array
     yields: Array
     cell: Index
-    system: "_System"
+    system: System
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,7 +227,7 @@ class Dynamics:
         )
         sign = np.where(points.minus[at] == before.minus[row], 1.0, -1.0)
         np.add.at(force, at, sign[:, None] * before.force[row])
-        own, force = _turned(R.transpose(0, 1, 3, 2), arm), _turned(points.frame, force)
+        own, force = turned(R.transpose(0, 1, 3, 2), arm), turned(points.frame, force)
         frame, friction = points.frame @ placement.rotation[face], points.friction
         if M := len(self._ties):
             ends = np.concatenate([ends, self._ties.ends.T], axis=1)
@@ -252,7 +244,7 @@ class Dynamics:
             friction=friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
             cell=cell,
-            system=_System(self._slot[ends], len(self._free)),
+            system=System(self._slot[ends], len(self._free)),
         )
         return found, force
 
@@ -263,8 +255,8 @@ class Dynamics:
         loaded[first:] = False
         minus, plus = contacts.ends[:, loaded]
         own = (motion.force[loaded, None] @ contacts.frame[loaded])[:, 0]
-        point = self._centres(motion.placement)[plus] + _turned(R[plus], contacts.arm[1, loaded])
-        return ContactForces(minus, plus, point, _turned(R[contacts.face[loaded]], own), motion.force[first:, 0])
+        point = self._centres(motion.placement)[plus] + turned(R[plus], contacts.arm[1, loaded])
+        return ContactForces(minus, plus, point, turned(R[contacts.face[loaded]], own), motion.force[first:, 0])
 
     def step(self, motion: Motion, contacts: Contacts, loads: Loads, h: float) -> Step | None:
         """Return the state after a step; None without a solution.
@@ -295,13 +287,13 @@ class Dynamics:
         k = (motion.last_step + h) / 2
         # Points of a block that turns leave its tangent by half of ω × (ω × r) h².
         spin = (before[:, 3:] @ ACROSS).reshape(-1, 3, 3)
-        bend = _turned((spin @ spin)[ends], arm)
-        way = h**2 / 2 * _turned(frame, bend[1] - bend[0])
+        bend = turned((spin @ spin)[ends], arm)
+        way = h**2 / 2 * turned(frame, bend[1] - bend[0])
         way[:, 0] += gap
         M = len(self._ties)
         if M:
             # Ends that move across a tie lengthen it, too.
-            speed = before[ends[:, -M:], :3] - _turned(spin[ends[:, -M:]], arm[:, -M:])
+            speed = before[ends[:, -M:], :3] - turned(spin[ends[:, -M:]], arm[:, -M:])
             further = np.linalg.norm(apart[-M:] + h * (speed[1] - speed[0]), axis=1)
             way[-M:, 0] += np.linalg.norm(apart[-M:], axis=1) - h * v[-M:, 0] - further
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
@@ -311,7 +303,7 @@ class Dynamics:
         damping = time / compliance
         acting = loads(h)
         push = momentum / k + acting[free]
-        equations = _Equations(system, parts, mass / k, push, self._unit, resting, damping, contacts.friction, strength)
+        equations = Equations(system, parts, mass / k, push, self._unit, resting, damping, contacts.friction, strength)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
         share = np.minimum(COMPLIANCE * self.time_step**2 / (k * time), 0.5)
         guess = motion.force + share * (resting - damping * v - motion.force)
@@ -319,7 +311,7 @@ class Dynamics:
         if found is None:
             return None
         V, x = found.V, found.x
-        twist[free], after[free] = V, _turned(mass, V)
+        twist[free], after[free] = V, turned(mass, V)
         slipping = (x[:, 0] > 0) * np.einsum("kt,kt->k", found.v[:, 1:], found.v[:, 1:])
         mean = (twist + before) / 2
         placement, longer = self._moved(motion.placement, twist, h), motion.elongation
@@ -344,7 +336,7 @@ class Dynamics:
         """Return the contacts at a placement with the centres of mass G (B, 3)."""
         R, ends, ties, c = motion.placement.rotation, contacts.ends, self._ties, contacts.cell
         frame = contacts.frame @ R[contacts.face].transpose(0, 2, 1)
-        arm = _turned(R[ends], contacts.arm)
+        arm = turned(R[ends], contacts.arm)
         point = G[ends] + arm
         apart = point[1] - point[0]
         compliance = COMPLIANCE * self.time_step**2 * contacts.yields
@@ -382,13 +374,13 @@ class Dynamics:
         return min(h, max(first - 1.5 * short, short))
 
     def _centres(self, placement: Placement) -> Array:
-        return np.asarray(placement.position + _turned(placement.rotation, self._masses.offset))
+        return np.asarray(placement.position + turned(placement.rotation, self._masses.offset))
 
     def _moved(self, placement: Placement, twist: Array, h: float) -> Placement:
         """Return the placement after twists (B, 6) about the centres of mass for a time h."""
         G = self._centres(placement) + h * twist[:, :3]
-        turned = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
-        return Placement(G - _turned(turned, self._masses.offset), turned)
+        rotation = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
+        return Placement(G - turned(rotation, self._masses.offset), rotation)
 
 
 class _Placed(NamedTuple):
@@ -415,196 +407,3 @@ class _Placed(NamedTuple):
     compliance: Array
     strength: Array
     tilt: Array
-
-
-class _Trial(NamedTuple):
-    """Velocities in the solution of a step.
-
-    Attributes
-    ----------
-    V, v : (F, 6) and (K, 3) arrays
-        Velocities and relative velocities.
-    x, slope : (K, 3) and (K, 3, 3) arrays
-        Forces within their limits, and their derivatives to the forces without limits.
-    missed : (F, 6) array
-        Unbalanced wrenches.
-    worst : float
-        Largest unbalanced wrench, in its unit.
-    iterations : int
-        Linear systems so far.
-    """
-
-    V: Array
-    v: Array
-    x: Array
-    slope: Array
-    missed: Array
-    worst: float
-    iterations: int
-
-
-class _System:
-    """Unknowns of free blocks, and the contacts that connect two free blocks, or a free block and a support.
-
-    Parameters
-    ----------
-    ends : (2, K) array
-        Places of the blocks of each contact among the free ones: minus and plus; −1 for a support.
-    F
-        Number of free blocks.
-    """
-
-    def __init__(self, ends: Index, F: int) -> None:
-        K, held = ends.shape[1], ends < 0
-        # A support has the unknowns of the other block, without an effect.
-        ends = np.where(held, ends[::-1], ends).T
-        self._sign = (np.array([-1.0, 1.0]) * ~held.T).repeat(6, axis=1)[:, None]
-        self._unknown = (6 * ends[:, :, None] + np.arange(6)).reshape(K, 12)
-        self._size, self._dense = 6 * F, 6 * F <= DENSE
-        rows, columns = np.broadcast_arrays(ends[:, :, None], ends[:, None])
-        place = np.arange(F) if self._dense else _order(rows.ravel(), columns.ravel(), F)
-        self._place, self._order = place, np.argsort(place)
-        code = np.concatenate([(place[columns] * F + place[rows]).ravel(), place * (F + 1)])
-        blocks, number = np.unique(np.append(code, np.arange(F**2) if self._dense else []), return_inverse=True)
-        # Blocks are in the order of columns, and so are the entries of the matrix.
-        column, row = (part.astype(np.int64) for part in np.divmod(blocks, F))
-        first = np.searchsorted(column, np.arange(F + 1))
-        height, i = 6 * np.diff(first), np.arange(6)[:, None]
-        start = 30 * first[column] + 6 * np.arange(len(blocks))
-        entries = start[:, None, None] + height[column, None, None] * i.T + i
-        self._of_contacts = entries[number[: 4 * K].reshape(K, 2, 2)].transpose(0, 1, 3, 2, 4).ravel()
-        self._of_blocks = entries[number[4 * K : 4 * K + F]].ravel()
-        self._rows = np.empty(entries.size, dtype=np.int32)
-        self._rows[entries] = 6 * row[:, None, None] + i
-        self._starts = np.append(0, np.repeat(height, 6).cumsum()).astype(np.int32)
-
-    def parts(self, frame: Array, turning: Array) -> Array:
-        """Return the derivatives (K, 3, 12) of relative velocities to the velocities of the minus and the plus block.
-
-        ``turning`` (2, K, 3, 3) are the derivatives to the angular velocities, without the sign.
-        """
-        return np.asarray(np.concatenate([frame, turning[0], frame, turning[1]], axis=2) * self._sign)
-
-    def relative(self, parts: Array, V: Array) -> Array:
-        """Return the relative velocities (K, 3), plus block minus minus block, for velocities (F, 6)."""
-        return _turned(parts, V.ravel()[self._unknown])
-
-    def wrench(self, parts: Array, x: Array) -> Array:
-        """Return the wrenches (F, 6) of contact forces (K, 3)."""
-        onto = (x[:, None] @ parts).ravel()
-        return np.asarray(np.bincount(self._unknown.ravel(), onto, self._size).reshape(-1, 6), dtype=np.float64)
-
-    def solved(self, parts: Array, M: Array, weights: Array, b: Array) -> Array:
-        """Return the solution (F, 6) of ``M + Jᵀ D J`` with the weights D (K, 3, 3) and the right-hand side (F, 6)."""
-        stiffness = parts.transpose(0, 2, 1) @ (weights @ parts)
-        # Without contacts, numpy counts in integers.
-        data = np.asarray(np.bincount(self._of_contacts, stiffness.ravel(), len(self._rows)), dtype=np.float64)
-        data[self._of_blocks] += M.ravel()
-        if self._dense:
-            return np.asarray(np.linalg.solve(data.reshape(self._size, -1).T, b.ravel()).reshape(-1, 6))
-        S = sp.csc_matrix((data, self._rows, self._starts), shape=(self._size, self._size))
-        lu = sp.linalg.splu(S, permc_spec="NATURAL", diag_pivot_thresh=0, options=OPTIONS)
-        return np.asarray(lu.solve(b[self._order].ravel()).reshape(-1, 6)[self._place])
-
-
-def _order(rows: Index, columns: Index, F: int) -> Index:
-    """Return the places (F,) of blocks in an order that keeps factors of the matrix sparse."""
-    pattern = sp.csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(F, F))
-    dominant = pattern + sp.diags_array(1 + np.ravel(pattern.sum(axis=0))).tocsc()
-    return np.asarray(sp.linalg.splu(sp.csc_matrix(dominant), permc_spec="MMD_AT_PLUS_A", options=OPTIONS).perm_c)
-
-
-@dataclass(frozen=True, slots=True)
-class _Equations:
-    """Equations of motion of a step.
-
-    Attributes
-    ----------
-    system : _System
-    parts : (K, 3, 12) array
-        As in :meth:`_System.parts`.
-    M : (F, 6, 6) array
-        Mass matrices by the time of the impulse.
-    push : (F, 6) array, N and N·m
-        Momentum before by the time of the impulse, and loads.
-    unit : (F, 6) array, N and N·m
-        Unit of unbalanced wrenches.
-    resting, damping : (K, 3) and (K, 1 or 3) arrays, N and N·s/m
-        Forces of contacts without limits are ``resting − damping v`` at relative velocities v.
-    friction : (K,) array
-    strength : (K,) or () array, N
-        Largest normal forces.
-    """
-
-    system: _System
-    parts: Array
-    M: Array
-    push: Array
-    unit: Array
-    resting: Array
-    damping: Array
-    friction: Array
-    strength: Array
-
-    def solved(self, V: Array, v: Array, guess: Array) -> "_Trial | None":
-        """Return the solution; None if it is not found.
-
-        Parameters
-        ----------
-        V, v : (F, 6) and (K, 3) arrays
-            First velocities and relative velocities.
-        guess : (K, 3) array, N
-            Forces without limits, by which contacts are open, stick or slide at first.
-        """
-        x, slope = limited(guess, self.friction, self.strength)
-        x = x + _turned(slope, self.resting - self.damping * v - guess)
-        trial, least = _Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
-        try:
-            while not trial.worst <= NEGLIGIBLE:
-                if trial.iterations > ITERATIONS:
-                    return None
-                changed = self._changed(trial, least)
-                if not changed.worst < least:
-                    limit = self.friction * trial.x[:, 0]
-                    changed = self._at(trial.V, trial.v, trial.iterations + 1, limit)
-                    for _ in range(HELD):
-                        changed = self._changed(changed, changed.worst, limit)
-                    changed = self._at(changed.V, changed.v, changed.iterations)
-                trial, least = changed, min(least, changed.worst)
-        except RuntimeError:
-            return None
-        return trial
-
-    def _changed(self, trial: "_Trial", enough: float, limit: Array | None = None) -> "_Trial":
-        """Return the next trial by Newton's method: the share of the change that misses least.
-
-        Shares are halved until the trial misses less than ``enough``, and more than the share before.
-        """
-        change = self.system.solved(self.parts, self.M, trial.slope * self.damping[:, None], trial.missed)
-        relative, count = self.system.relative(self.parts, change), trial.iterations + 1
-        best = self._at(trial.V + change, trial.v + relative, count, limit)
-        for halving in range(1, HALVINGS + 1):
-            if best.worst < enough / 2:
-                break
-            share = 0.5**halving
-            changed = self._at(trial.V + share * change, trial.v + share * relative, count, limit)
-            if changed.worst < best.worst:
-                best = changed
-            elif best.worst < enough:
-                break
-        return best
-
-    def _at(self, V: Array, v: Array, iterations: int, limit: Array | None = None) -> "_Trial":
-        """Return the trial at given velocities, with the given limits of friction (K,) if they wait."""
-        free = self.resting - self.damping * v
-        x, slope = limited(free, self.friction, self.strength, limit)
-        missed = self._missed(V, x)
-        return _Trial(V, v, x, slope, missed, float(np.abs(missed / self.unit).max()), iterations)
-
-    def _missed(self, V: Array, x: Array) -> Array:
-        return np.asarray(self.push + self.system.wrench(self.parts, x) - _turned(self.M, V))
-
-
-def _turned(matrices: Array, vectors: Array) -> Array:
-    """Return the products (…, r) of matrices (…, r, c) and vectors (…, c)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])

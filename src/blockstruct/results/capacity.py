@@ -345,6 +345,7 @@ def response_words(model: Model, response: xr.Dataset) -> list[str]:
         remaining=remaining,
         fallen=fallen_blocks(model, response),
         ties=ties,
+        crushed=float(last["largest_crushed_depth"]) if "largest_crushed_depth" in last else 0.0,
         end=float(last["time"]),
         step=float(response["time_step"]),
         steps=int(last["steps"]),

@@ -31,6 +31,7 @@ from blockstruct.text.mechanism import (
     STEPS_OF_PROGRAMS,
     body_sentences,
     breaking_clause,
+    crushed_joints,
     direction_text,
     failure_clause,
     holding_ties,
@@ -45,7 +46,6 @@ from blockstruct.text.mechanism import (
     smaller_bodies,
     tie_sentence,
     tie_title,
-    ties_in_motion,
 )
 from blockstruct.text.note import (
     EFFECT,
@@ -71,5 +71,5 @@ __all__ += ["LOAD_FACTOR", "Answer", "ended", "found_by", "range_text", "sentenc
 __all__ += ["SMALL", "NO_COLLAPSE_STATE", "STEPS_OF_PATH", "STEPS_OF_PROGRAMS", "body_sentences"]
 __all__ += ["direction_text", "failure_clause", "joints_sentence", "more_ties", "motion_clause", "moving_sentence"]
 __all__ += ["smaller_bodies"]
-__all__ += ["holding_ties", "roller_sentences", "ties_in_motion"]
+__all__ += ["crushed_joints", "holding_ties", "roller_sentences"]
 __all__ += ["breaking_clause", "least_ties_sentence", "more_breaks", "kilonewton", "tie_sentence", "tie_title"]

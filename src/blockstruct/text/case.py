@@ -8,7 +8,7 @@ from blockstruct.limit import Certificate, Outcome
 from blockstruct.model import BodyForce, Case, Model, MovingCase, Pushover, SelfWeight, SettlementCase, kind_of
 from blockstruct.motion import CurveOutcome
 from blockstruct.statics import applied_loads, carried_weights
-from blockstruct.text.mechanism import kilonewton, ties_in_motion
+from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
 from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
 
@@ -289,6 +289,7 @@ def response_sentences(
     remaining: tuple[float, str],
     fallen: Sequence[str],
     ties: Sequence[tuple[str, float, float]],
+    crushed: float,
     end: float,
     step: float,
     steps: int,
@@ -303,6 +304,8 @@ def response_sentences(
         Blocks that have fallen.
     ties
         Name, largest elongation, m, and time of the break, s, or NaN, of each tie.
+    crushed
+        Largest depth, m, that joints have lost.
     end
         Time of the last state, s.
     step, steps
@@ -311,7 +314,7 @@ def response_sentences(
     Examples
     --------
     >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
-    >>> print(*response_sentences(**at, fallen=[], ties=[], end=8, step=2e-3, steps=4100))
+    >>> print(*response_sentences(**at, fallen=[], ties=[], crushed=0, end=8, step=2e-3, steps=4100))
     The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
     """
     sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
@@ -319,7 +322,8 @@ def response_sentences(
         sentences.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
     else:
         sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
-    return [*sentences, *ties_in_motion(ties), f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+    sentences += [*ties_in_motion(ties), *crushed_joints(crushed)]
+    return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
 
 
 _OTHER_STEPS = ", so run it with other steps and compare"

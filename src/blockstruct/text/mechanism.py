@@ -241,6 +241,15 @@ def ties_in_motion(ties: Sequence[tuple[str, float, float]]) -> list[str]:
     return shortened(sentences, "{} more ties: result.response.peak_tie_elongation.".format)
 
 
+def crushed_joints(depth: float) -> list[str]:
+    """Return a sentence on the largest depth, m, that joints lose in motion; none if it is zero.
+
+    >>> crushed_joints(0.00312)
+    ['Joints are crushed by up to 3.12 mm.']
+    """
+    return [f"Joints are crushed by up to {1e3 * depth:.3g} mm."] if depth > 0 else []
+
+
 def holding_ties(ties: Sequence[tuple[str, float, float]]) -> list[str]:
     """Return a sentence on each tie that does not break: name, largest elongation, m, and largest force, N."""
     sentences = []

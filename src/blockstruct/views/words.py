@@ -83,6 +83,8 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     clauses += map(str, bs.results.doubtful_parts(curve, result.settings.procedure, result.load_factor))
     sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
+    if "largest_crushed_depth" in curve:
+        sentences += text.crushed_joints(float(curve["largest_crushed_depth"].max()))
     if "tie_force" in curve:
         held = curve.isel(tie=np.isnan(curve["tie_break_displacement"].to_numpy()))
         most = (held[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
