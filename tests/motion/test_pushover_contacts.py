@@ -170,6 +170,24 @@ def test_no_curve_where_the_interface_is_smaller_than_faces(rounding):
     assert result.curve_outcome.blocks == ("ground|block",)
 
 
+@pytest.mark.parametrize(
+    ("corners", "alpha"),
+    [
+        ([[0, 0.5], [0.25, 0], [0.5, 0.5], [0.25, 1]], 1 / 6),
+        ([[0, 0], [0.5, 0], [0.5, 0.3], [0.3, 0.3], [0.3, 1], [0, 1]], 0.15),
+    ],
+)
+def test_no_curve_where_the_interface_leaves_out_corners_of_faces(corners, alpha):
+    """A block 0.5 m by 1 m by 2 m, pushed along x and y alike: the resultant stays in the hull of a rhombus or an L."""
+    blocks = [box("ground", [-3, -3, -0.5], [9, 9, 0.5], fixed=True), box("block", [0, 0, 0], [0.5, 1, 2])]
+    joint = bs.Interface("joint", "ground", "block", Q_([[*p, 0] for p in corners], "m"), ROUGH)
+    result = run(bs.Model("cut", blocks, [joint]), "block", push(1, 1, 0), steps=5)
+    assert result.load_factor == pytest.approx(alpha, rel=1e-6)
+    assert result.capacity is None
+    assert result.curve_outcome.end == "begins_above"
+    assert result.curve_outcome.blocks == ("ground|block",)
+
+
 def test_no_curve_where_blocks_touch_without_an_interface():
     """Of two piers that stand side by side, pushed along, the slender one leans on the other: its joint is left out."""
     blocks = [

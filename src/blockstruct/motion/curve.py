@@ -4,6 +4,7 @@ from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from blockstruct.arrays import Array, Index
 from blockstruct.limit import Iteration
@@ -94,11 +95,12 @@ def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str,
     points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
     axes, (_, some) = points.frame[:, 1:], np.unique(points.interface, return_index=True)
     own = np.einsum("kij,kj->ki", axes[points.interface], points.position)
-    low, high = (reduce.reduceat(own, some) for reduce in (np.minimum, np.maximum))
+    # The resultant of an interface acts anywhere in the convex hull of its points.
+    hulls = shapely.convex_hull(shapely.multipoints(own, indices=points.interface))
 
     def outside(row: Index, at: Index) -> Array:
         place = np.einsum("kij,kj->ki", axes[at], first.point_of_contact[row])
-        return np.asarray(np.maximum(low[at] - place, place - high[at]).max(axis=1))
+        return np.asarray(shapely.distance(hulls[at], shapely.points(place)))
 
     ends = first.minus_of_contact, first.plus_of_contact
     row, _, distance = nearest(ends, (points.minus[some], points.plus[some]), outside)
