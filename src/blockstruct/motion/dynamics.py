@@ -314,10 +314,14 @@ class Dynamics:
         twist[free], after[free] = V, turned(mass, V)
         slipping = (x[:, 0] > 0) * np.einsum("kt,kt->k", found.v[:, 1:], found.v[:, 1:])
         mean = (twist + before) / 2
-        placement, longer = self._moved(motion.placement, twist, h), motion.elongation
+        placement, longer, peak = self._moved(motion.placement, twist, h), motion.elongation, motion.peak_elongation
         if M:
             longer = self._structure.ties(placement).span - self._ties.span
-        peak, depth = np.maximum(motion.peak_elongation, longer), motion.crushed_depth
+            # A tie breaks only where it yields: its trace of compliance does not count beyond its limit.
+            yields = x[-M:, 0] >= strength[-M:]
+            grown = np.where(yields, longer, np.minimum(longer, self._ties.elongation_limit))
+            peak = np.maximum(peak, grown)
+        depth = motion.crushed_depth
         if len(contacts.cell):
             depth = self._cells.pressed(depth, contacts.cell, placement.position, placement.rotation)
         return Step(
