@@ -12,6 +12,8 @@ from random_structures import names, structure
 
 #: Structures of which a run does not converge, or differs from the independent path, as the page on validation shows.
 MISSES = {
+    "crushing 10": "the mirrored structure ends 1.8 % off: its path depends on rounding",
+    "crushing 14": "the rotated structure ends 2.8 % off: its path depends on rounding",
     "dome 5": "the path is not solved; the associative load factor is 117",
     "dome 8": "the path in half steps is not solved; the associative load factor is 342",
     "front 16": "the path ends at 0.389, in half steps at 0.404, the independent one at 0.407",
