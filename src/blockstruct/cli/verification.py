@@ -175,11 +175,11 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
     """Return the cases to check: one, or all with a push and a load factor."""
     heads = analysis.headlines
     if only is not None:
-        check_known(only, heads, "--case")
-        if heads[only].status is not bs.Status.CONVERGED:
-            msg = (
-                f"--case {only!r}: {heads[only].status.words}, without a load factor to check; give one that converged"
-            )
+        # Also one of the runs of a spread, which a verdict may rely on.
+        check_known(only, analysis, "--case")
+        status = analysis[only].status
+        if status is not bs.Status.CONVERGED:
+            msg = f"--case {only!r}: {status.words}, without a load factor to check; give one that converged"
             raise bs.errors.ModelError(msg)
         return [only]
     pushed = _pushed(heads)
