@@ -14,7 +14,7 @@ from blockstruct.assess.overturning import Overturning, supporting
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum
 from blockstruct.model import Model
-from blockstruct.results import MacroBlock, applied_loads, doubtful_parts
+from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.ties import tie_state
 from blockstruct.text import EFFECT, Note, Severity, assessment
@@ -106,8 +106,7 @@ def _of_curve(result: CaseResult, capacity: xr.Dataset) -> list[Note]:
     rounding = getattr(result.case, "corner_rounding", 0.0)
     if rounding:
         notes.append(assessment.rounded_corners(rounding, float(alpha[0]), result.load_factor))
-    doubts = doubtful_parts(capacity, result.settings.procedure, result.load_factor)
-    notes += [assessment.curve_doubt(str(part)) for part in doubts]
+    notes += [assessment.curve_doubt(str(part)) for part in result.curve_doubts]
     if not np.isfinite(capacity["d0"]) and alpha[-1] > _LEFT * alpha[0]:
         notes.append(assessment.curve_end(float(alpha[0]), float(alpha[-1])))
     return notes

@@ -211,7 +211,8 @@ class Dynamics:
     ) -> tuple[Contacts, Array]:
         """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact.
 
-        The last of them are cells that act, and all ties. ``depth`` (C,) is the depth that each cell has lost.
+        Cells that act come after the other contacts, and all ties come last. ``depth`` (C,) is the depth, m, that each
+        cell has lost.
         """
         points, gap, level, cell = self._structure.points(placement, reach, self._cells, Worn(depth))
         ends = np.stack([points.minus, points.plus])

@@ -350,7 +350,8 @@ class PushoverPath:
     def _attempted(self, step: _Planned) -> tuple[StepSolution | None, float, float]:
         """Return a solution of a step, its time and its time of inertia.
 
-        Until one is found, the step becomes shorter and has ten times the inertia, which does little even at last.
+        Until one is found, a quarter of the step is tried with ten times the inertia. The most inertia that is tried
+        does about a thousandth of the work.
         """
         time, inertia = step.time, TRACE
         while inertia <= SLIGHT:

@@ -18,7 +18,7 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion import CurveOutcome
 from blockstruct.notebook import html_table
-from blockstruct.results.capacity import response_words
+from blockstruct.results.capacity import DoubtfulPart, doubtful_parts, response_words
 from blockstruct.results.interfaces import (
     active_joints,
     at_points,
@@ -496,6 +496,13 @@ class CaseResult:
         """Ties that break in a pushover or under a record: :func:`blockstruct.results.broken_ties`."""
         motions = (motion for motion in (self.capacity, self.response) if motion is not None)
         return broken_ties(next(motions, xr.Dataset()))
+
+    @property
+    def curve_doubts(self) -> list[DoubtfulPart]:
+        """Doubts on the capacity curve: :func:`blockstruct.results.doubtful_parts`; none without a curve."""
+        if self.capacity is None:
+            return []
+        return doubtful_parts(self.capacity, self.settings.procedure, self.load_factor)
 
     @property
     def curve_ended(self) -> str:

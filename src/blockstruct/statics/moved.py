@@ -212,8 +212,8 @@ class MovingStructure:
     ) -> tuple[ContactPoints, Array, Array, Index]:
         """Return the contact points at a placement with gaps up to ``reach``, m, their gaps (K,), m, and levels (K,).
 
-        The level is 1 at a vertex of the plus block, 0 at a vertex of the minus block, and ½ where edges cross. The
-        last points are the cells that act, whose numbers come last.
+        The level is 1 at a vertex of the plus block, 0 at a vertex of the minus block, and ½ where edges cross.
+        Cells that act are the last points, and their numbers (A,) are the last result.
         """
         at, cell = (placement.position, placement.rotation), np.empty(0, dtype=np.int64)
         found = self._bodies.touching(*at, reach, self.statics.length)

@@ -434,9 +434,7 @@ def _of_curve(r: bs.CaseResult) -> list[str]:
     """Return the doubts on a capacity curve, or why it is missing."""
     kind = "settlement" if isinstance(r.case, bs.SettlementCase) else "pushover"
     if r.capacity is not None:
-        return [
-            f"{kind}: {part}" for part in bs.results.doubtful_parts(r.capacity, r.settings.procedure, r.load_factor)
-        ]
+        return [f"{kind}: {part}" for part in r.curve_doubts]
     return [f"{kind}: {r.missing_curve}"] if r.missing_curve else []
 
 

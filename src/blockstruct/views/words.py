@@ -80,7 +80,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
-    clauses += map(str, bs.results.doubtful_parts(curve, result.settings.procedure, result.load_factor))
+    clauses += map(str, result.curve_doubts)
     sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
     sentences += [text.capitalised(clause) for clause in clauses if clause]
     if "largest_crushed_depth" in curve:

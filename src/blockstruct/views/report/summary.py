@@ -413,9 +413,9 @@ def curve_sentences(
     ]
     sentences = []
     for name in names[:FEW]:
-        curve, procedure = curves[name], analysis[name].settings.procedure
+        curve = curves[name]
         breaks = bs.results.breaking_words(curve)
-        doubts = [str(part) for part in bs.results.doubtful_parts(curve, procedure, analysis[name].load_factor)]
+        doubts = [str(part) for part in analysis[name].curve_doubts]
         clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
         if doubts:
             clauses += [] if has_doubt_note and name == relied_on else doubts[:1]
