@@ -11,7 +11,7 @@ from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.equations import Equations, System, turned
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
-from blockstruct.statics import MovingStructure, Placement, Worn
+from blockstruct.statics import Crushed, MovingStructure, Placement
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
 Loads = Callable[[float], Array]
@@ -102,8 +102,8 @@ class Motion:
     elongation, peak_elongation : (M,) arrays, m
         Of each tie from its length in the model, and the largest so far. A tie that yields keeps the largest one, and
         a tie beyond its limit is broken.
-    crushed_depth : (C,) array, m
-        Depth that each cell has lost.
+    crushed : Crushed
+        Memory of the cells of joints that crush.
     """
 
     placement: Placement
@@ -112,7 +112,7 @@ class Motion:
     force: Array
     elongation: Array
     peak_elongation: Array
-    crushed_depth: Array
+    crushed: Crushed
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,26 +195,25 @@ class Dynamics:
         self._anchors = (self._ties.position - centres[self._ties.ends]).transpose(1, 0, 2)
 
     @property
-    def undamaged(self) -> Array:
-        """Depths (C,) that cells have lost at first, m."""
-        return self._cells.untouched.depth
+    def undamaged(self) -> Crushed:
+        """Memory of cells at first."""
+        return self._cells.untouched._replace(share=np.full(len(self._cells), np.nan))
 
     def largest_depth(self, motion: Motion) -> float:
         """Return the largest depth that a cell has lost, m, also in part."""
         if not len(self._cells):
             return 0.0
         at = motion.placement
-        return float(self._cells.at(at.position, at.rotation, Worn(motion.crushed_depth)).lost.max())
+        return float(self._cells.at(at.position, at.rotation, motion.crushed).lost.max())
 
     def contacts(
-        self, placement: Placement, depth: Array, reach: float, before: ContactForces
+        self, placement: Placement, crushed: Crushed, reach: float, before: ContactForces
     ) -> tuple[Contacts, Array]:
         """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact.
 
-        Cells that act come after the other contacts, and all ties come last. ``depth`` (C,) is the depth, m, that each
-        cell has lost.
+        Cells that act come after the other contacts, and all ties come last. ``crushed`` is the memory of cells.
         """
-        points, gap, level, cell = self._structure.points(placement, reach, self._cells, Worn(depth))
+        points, gap, level, cell = self._structure.points(placement, reach, self._cells, crushed)
         ends = np.stack([points.minus, points.plus])
         R = placement.rotation[ends]
         face = np.where(level > 0, points.minus, points.plus)
@@ -322,11 +321,11 @@ class Dynamics:
             yields = x[-M:, 0] >= strength[-M:]
             grown = np.where(yields, longer, np.minimum(longer, self._ties.elongation_limit))
             peak = np.maximum(peak, grown)
-        depth = motion.crushed_depth
+        crushed = motion.crushed
         if len(contacts.cell):
-            depth = self._cells.pressed(depth, contacts.cell, placement.position, placement.rotation)
+            crushed = self._cells.pressed(crushed, contacts.cell, placement.position, placement.rotation)
         return Step(
-            motion=Motion(placement, after, h, x, longer, peak, depth),
+            motion=Motion(placement, after, h, x, longer, peak, crushed),
             impulse_time=k,
             twist=twist,
             mean=mean,
@@ -352,10 +351,9 @@ class Dynamics:
         if len(c):
             last = len(frame) - len(ties)
             at = slice(last - len(c), last)
-            cells = self._cells.at(motion.placement.position, R, Worn(motion.crushed_depth))
+            cells = self._cells.at(motion.placement.position, R, motion.crushed)
             arm[:, at] = cells.point[c] - G[ends[:, at]]
             apart[at] = cells.gap[c, None] * frame[at, 0]
-            compliance = np.tile(compliance, 3)
             compliance[at, 0] = cells.compliance[c]
             strength[at], tilt[at] = self._cells.strength[c], (cells.tilt * cells.sinks)[c]
         slack = np.zeros(len(frame))
@@ -399,7 +397,7 @@ class _Placed(NamedTuple):
         From the point of the minus block to the point of the plus block.
     gap : (K,) array, m
         Negative for an overlap, and for ties that pull.
-    compliance : (K, 1 or 3) array, m/N
+    compliance : (K, 1) array, m/N
     strength : (K,) or () array, N
     tilt : (K,) or () array, m
         Tilt of the other face across the width of a cell.
