@@ -47,8 +47,8 @@ class Contacts:
     friction : (K,) array
     yields : (K, 1) array, 1/kg
         Sum of the inverse masses of the two blocks.
-    cell : (A,) array
-        Cells that act.
+    cell, place : (A,) arrays
+        Cells that act, and their places among the contacts.
     system : System
         Unknowns that the contacts connect.
     """
@@ -60,6 +60,7 @@ class Contacts:
     friction: Array
     yields: Array
     cell: Index
+    place: Index
     system: System
 
 
@@ -244,6 +245,7 @@ class Dynamics:
             friction=friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
             cell=cell,
+            place=np.arange(len(gap) - len(cell), len(gap)),
             system=System(self._slot[ends], len(self._free)),
         )
         return found, force
@@ -280,6 +282,14 @@ class Dynamics:
         frame, arm, apart, gap, compliance, strength, tilt = self._placed(motion, contacts, G)
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
+        unloads = contacts.place
+        if len(unloads):
+            # A cell whose force stays below the one that crushes it deforms elastically.
+            elastic = COMPLIANCE * self.time_step**2 * contacts.yields[unloads, 0]
+            crushes = np.clip(-gap[unloads] / compliance[unloads, 0], 0.0, strength[unloads])
+            below = motion.force[unloads, 0] - h * v[unloads, 0] / elastic < crushes
+            unloads = unloads[below]
+            strength[unloads], compliance[unloads, 0] = crushes[below], elastic[below]
         # A contact that bears its strength gives way without an impact, and so does a cell that a tilted face crushes.
         nearing = -v[:, 0]
         nearing = nearing * (motion.force[:, 0] < strength) * (nearing * self.time_step > tilt)
@@ -299,6 +309,7 @@ class Dynamics:
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
         resting[:, 1:] += motion.force[:, 1:]
+        resting[unloads, 0] += motion.force[unloads, 0] + gap[unloads] / compliance[unloads, 0]
         time = h + self.time_step * (gap <= 0)[:, None]
         damping = time / compliance
         acting = loads(h)
@@ -349,8 +360,7 @@ class Dynamics:
             return _Placed(frame, arm, apart, gap, compliance, np.array(np.inf), np.array(0.0))
         strength, tilt = np.full(len(frame), np.inf), np.zeros(len(frame))
         if len(c):
-            last = len(frame) - len(ties)
-            at = slice(last - len(c), last)
+            at = contacts.place
             cells = self._cells.at(motion.placement.position, R, motion.crushed)
             arm[:, at] = cells.point[c] - G[ends[:, at]]
             apart[at] = cells.gap[c, None] * frame[at, 0]

@@ -238,7 +238,7 @@ class _Run:
             peak_tie_elongation=motion.peak_elongation,
             crushed_depth=motion.crushed.depth,
             crushed_slope=motion.crushed.slope,
-            largest_crushed_depth=self._dynamics.largest_depth(motion),
+            largest_crushed_depth=max(state.largest_crushed_depth, self._dynamics.largest_depth(motion)),
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
