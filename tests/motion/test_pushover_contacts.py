@@ -188,6 +188,26 @@ def test_no_curve_where_the_interface_leaves_out_corners_of_faces(corners, alpha
     assert result.curve_outcome.blocks == ("ground|block",)
 
 
+def test_a_curve_where_blocks_press_along_an_edge_that_they_share():
+    """A unit pulled out of a wall leans on a block that it touches along an edge: no interface can be given there.
+
+    The wall above may rest on the unit or next to it, so the curve begins above the collapse state.
+    """
+    blocks = [
+        box("ground", [-3, -3, -0.5], [9, 9, 0.5], fixed=True),
+        *(box(name, [x, 0, 0], [length, 0.4, 0.4]) for name, x, length in (("a", -0.6, 0.3), ("c", 0.5, 0.3))),
+        box("unit", [0, 0, 0], [0.2, 0.4, 0.4]),
+        box("above", [-0.6, 0, 0.4], [1.4, 0.4, 1.4]),
+        box("edge", [0.2, 0.4, 0], [0.4, 0.4, 0.4], fixed=True),
+    ]
+    pull = bs.LoadPattern("pull", [bs.PointLoad("unit", Q_([0.1, 0.4, 0.2], "m"), Q_([0.01, 1, 0], "kN"))])
+    case = bs.Pushover("push", SELF_WEIGHT, pull, control=("unit", "+y"), steps=5)
+    result = bs.run(model_of(blocks, bs.JointMaterial("dry", 0.5)), case)["push"]
+    assert "edge|unit" not in {f"{joint.minus}|{joint.plus}" for joint in result.model.interfaces}
+    assert result.capacity["load_factor"][0] > 1.1 * result.load_factor
+    assert "begins_above" in [doubt.doubt for doubt in result.curve_doubts]
+
+
 def test_no_curve_where_blocks_touch_without_an_interface():
     """Of two piers that stand side by side, pushed along, the slender one leans on the other: its joint is left out."""
     blocks = [
