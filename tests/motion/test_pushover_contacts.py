@@ -29,6 +29,20 @@ def test_a_stop_is_met_whatever_the_steps(at, steps):
     assert "the push meets what it cannot move" in result.curve_ended
 
 
+def test_a_block_that_is_lifted_off_is_carried_away():
+    """Nothing resists but its weight: the curve ends as soon as the block has left the structure."""
+    blocks = [box("ground", [0, 0, -0.5], [1, 1, 0.5], fixed=True), box("block", [0, 0, 0], [1, 1, 2])]
+    lift = bs.LoadPattern("lift", [bs.PointLoad("block", Q_([0.5, 0.5, 2], "m"), Q_([0, 0, 40], "kN"))])
+    case = bs.Pushover("push", SELF_WEIGHT, lift, control=("block", "+z"), steps=10)
+    result = bs.run(model_of(blocks, SMOOTH), case)["push"]
+    assert result.curve_outcome.end == "carried_away"
+    way = result.capacity["displacement"].to_numpy()
+    size = np.sqrt(1 + 1 + 2.5**2)
+    assert way[-2] < size < way[-1] < 1.5 * size
+    np.testing.assert_allclose(result.capacity["load_factor"], 1, rtol=1e-5)
+    assert "further than the structure is large (block)" in result.curve_ended
+
+
 def test_blocks_that_come_towards_each_other_meet():
     """Two plates, pushed from both sides, slide half a metre each and jam: those of 30 mm went through each other."""
     blocks = [

@@ -106,6 +106,9 @@ class PushoverPath:
         shapes = [(b.shape.vertices, b.centroid) for b in blocks]
         self._radius = np.array([np.linalg.norm(corners - centre, axis=1).max() for corners, centre in shapes])
         free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
+        #: Length that no distance of two points of the structure exceeds, m.
+        self._extent = float(np.linalg.norm(np.ptp(np.concatenate([corners for corners, _ in shapes]), axis=0)))
+        self._at_rest = Placement.of(problem.statics.model)
         #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         #: Ways up to each state of the curve, and to the one after the last, m.
@@ -134,7 +137,7 @@ class PushoverPath:
 
         Joints deform elastically, first under the dead load and then in steps that grow from this deformation.
         """
-        rest, nowhere, none = Placement.of(self._problem.statics.model), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        rest, nowhere, none = self._at_rest, np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / TRACE)
@@ -182,7 +185,11 @@ class PushoverPath:
         return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, STEPS) else None
 
     def _reached(self) -> CurveEnd | None:
-        return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
+        if np.isfinite(zero_displacement(self._course.curve)):
+            return CurveEnd.ZERO
+        last, start = self._course.last, self._at_rest.position
+        gone = last is not None and np.linalg.norm(last.position - start, axis=1).max() > self._extent
+        return CurveEnd.CARRIED_AWAY if gone else None
 
     def lost(self) -> CurveEnd:
         """How the curve ends where no step is solved."""
