@@ -5,6 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.motion.pushover import PushoverPath
 from blockstruct.structures.builder import prism
 from structures import SELF_WEIGHT, STONE, box, model_of, push
 
@@ -286,3 +287,21 @@ def test_what_the_last_motion_closes_too_late_does_not_press_before(mu, steps):
     assert (x[known] > 0.8).any()
     found = curve["load_factor"].to_numpy()[known]
     np.testing.assert_allclose(found, [expected(turn) for turn in angle[known]], atol=3e-4 if steps > 5 else 1e-3)
+
+
+def test_a_curve_continues_where_no_step_is_found(monkeypatch):
+    """A short step with the inertia of a fall is taken there, and the curve of a block comes to zero at b/2."""
+    blocks = [box("ground", [-3, 0, -0.5], [9, 1, 0.5], fixed=True), box("block", [0, 0, 0], [0.5, 1, 2])]
+    attempted, missed = PushoverPath._attempted, set()
+
+    def not_solved_once(self, step):
+        at = self._course.last.displacement
+        if at in missed or (at > 0.1 and not missed):
+            missed.add(at)
+            return None, np.nan, np.nan
+        return attempted(self, step)
+
+    monkeypatch.setattr(PushoverPath, "_attempted", not_solved_once)
+    result = run(model_of(blocks, ROUGH), "block", steps=20)
+    assert len(missed) == 1
+    assert float(result.capacity["d0"]) == pytest.approx(0.25, rel=1e-4)

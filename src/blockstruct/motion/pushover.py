@@ -258,7 +258,8 @@ class PushoverPath:
         """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
 
         Blocks fall until they rest. Blocks also fall if no step is found, or if they leap in it. A fall from a state
-        that is hardly unstable begins slowly: its height grows until blocks fall.
+        that is hardly unstable begins slowly: its height grows until blocks fall. If no step is found, any solution
+        with the inertia of a fall is taken, also if blocks hardly move in it.
         """
         height = self._height(memory)
         if memory.falls:
@@ -267,7 +268,8 @@ class PushoverPath:
             height *= GROWTH**2
         pushed, leaps = self._pushed(placement, twist, way, memory)
         while (pushed is None or leaps) and height < self._highest:
-            if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
+            last_resort = not (leaps or memory.falls)
+            if (fallen := self._fallen_from(placement, twist, memory, height, last_resort=last_resort)) is not None:
                 return fallen
             height *= GROWTH**2
         return pushed
@@ -275,7 +277,7 @@ class PushoverPath:
     def _pushed(
         self, placement: Placement, twist: Array, way: float, memory: MotionState
     ) -> tuple[MotionState | None, bool]:
-        """Return the state at a placement and its step of a way, which may be shorter, and whether blocks leap.
+        """Return the state at a placement and its step of a way, which may be shorter, and whether blocks leap or jam.
 
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks may
         leap in it.
@@ -290,7 +292,8 @@ class PushoverPath:
                 # A shorter step misses less work, unless blocks drop or meet.
                 share = min(share, SHORTER)
             if time <= step.least or (share == 1 and not jams):
-                return None if jams else found, time <= step.least and self._way(found) > SHORTER * step.way
+                leaps = time <= step.least and self._way(found) > SHORTER * step.way
+                return None if jams else found, jams or leaps
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 step.least, step.far = 0.0, share * step.far
@@ -335,11 +338,11 @@ class PushoverPath:
         return abs(solved.load_factor) > JAMS * self.scale
 
     def _fallen_from(
-        self, placement: Placement, twist: Array, memory: MotionState, height: float
+        self, placement: Placement, twist: Array, memory: MotionState, height: float, *, last_resort: bool = False
     ) -> MotionState | None:
         """Return the state at a placement and a step in which blocks fall by a height.
 
-        The control point waits; None if no block moves further than with it.
+        The control point waits; None if no block moves further than with it, except as a last resort.
         """
         reach = WIDEST * self._length
         moved = self._course.at(placement, reach)
@@ -350,7 +353,8 @@ class PushoverPath:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time)
-                return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
+                waits = self._way(found) <= OFF * SHORTEST * reach and not last_resort
+                return None if self._jams(solved) or waits else found
             height /= GROWTH**2
         return None
 
