@@ -202,9 +202,8 @@ class PushoverPath:
         if last is None:
             return CurveOutcome(end)
         curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
-        start = curve[min(1, len(curve) - 1)][0] if curve else last.displacement
         fastest = np.linalg.norm(last.velocity, axis=1).max()
-        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= ZERO * fastest
+        stands = control.velocity(placement, last.twist) * np.sign(last.displacement) <= ZERO * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
         found = outcome_of(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
