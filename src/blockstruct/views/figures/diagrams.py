@@ -21,10 +21,10 @@ from blockstruct.vocabulary import FEW, listed
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the load factor of a pushover, or the reaction of a settlement, over the displacement.
 
-    The displacement is that of the control point, on the block that the axis names, or that of the supports. The line
-    falls at tie breaks, which dotted lines mark. States whose certificate does not hold are drawn as crosses. ``d0``
-    is marked: the displacement at which the load factor is zero, or the largest one of the supports before blocks
-    fall. If the curve ends before, the last state is, with a ring.
+    The axis names the block of the control point, or the supports. The line falls at tie breaks, which dotted lines
+    mark. States whose certificate does not hold are drawn as crosses. ``d0`` is marked: the displacement at which the
+    load factor is zero, or the largest one of the supports before blocks fall. If the curve ends before, the last
+    state is, with a ring.
 
     Parameters
     ----------
