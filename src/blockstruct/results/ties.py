@@ -241,8 +241,8 @@ def breaking_words(capacity: xr.Dataset) -> list[str]:
     """
     broken, is_reaction = broken_ties(capacity), "reaction" in capacity
     clauses = []
-    for shared, together in broken.head(LISTED).groupby(broken.columns[-2:].tolist(), sort=False):
+    for _, together in broken.head(LISTED).groupby(broken.columns[-2:].tolist(), sort=False):
         breaks = list(together.iloc[:, :2].itertuples(name=None))
-        clauses.append(breaking_clause(breaks, *map(float, shared), is_reaction=is_reaction))
+        clauses.append(breaking_clause(breaks, *together.iloc[0, -2:].astype(float), is_reaction=is_reaction))
     rest = len(broken) - LISTED
     return clauses + [more_breaks(rest)] * (rest > 0)
