@@ -148,8 +148,9 @@ class _Run:
             return Reason.BLOCKS_FALLEN
         if state.time < self._end * (1 - 1e-12):
             return None
-        # At the turn of a motion, only the energy is small.
-        still = state.acceleration <= SLIGHT * STANDARD_GRAVITY
+        # At the turn of a motion, only the energy is small. Blocks may lean on others until the record ends.
+        last = float(np.linalg.norm(self._ground[-1])) if state.time - state.last_step < self._end else 0.0
+        still = max(state.acceleration, last) <= SLIGHT * STANDARD_GRAVITY
         if state.steps and still and state.kinetic_energy <= self._rest:
             return Reason.AT_REST
         limit = self._end + max(AFTER, self._end - self._begin)
