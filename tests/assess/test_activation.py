@@ -15,7 +15,7 @@ from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.motion import unit_of_velocity
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from facades import solve
 from structures import SELF_WEIGHT, STONE, model_of, push, single_block
 

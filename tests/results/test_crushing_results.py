@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.results.interfaces import lost_lever
-from blockstruct.text import cells_note
+from blockstruct.text.note import cells_note
 from refusals import refused
 from structures import SELF_WEIGHT, box, divided, extruded, model_of, push, single_block, solve
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct import text
 from blockstruct.results import macro_blocks
 from blockstruct.results.case_result import main_joints
-from blockstruct.text import motion_clause
+from blockstruct.text.mechanism import STEPS_OF_PATH, STEPS_OF_PROGRAMS, motion_clause
 from blockstruct.views import figures
 from structures import model_of, push, single_block, solve
 
@@ -36,7 +35,8 @@ def test_a_wall_out_of_plane_is_one_body_about_its_edge():
 
 
 @pytest.mark.parametrize(
-    ("procedure", "words"), [("fictitious", text.STEPS_OF_PROGRAMS), ("loading path", text.STEPS_OF_PATH)]
+    ("procedure", "words"),
+    [("fictitious", STEPS_OF_PROGRAMS), ("loading path", STEPS_OF_PATH)],
 )
 def test_the_description_names_the_kind_of_its_iterations(procedure, words):
     result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0), "nonassociative", procedure=procedure)

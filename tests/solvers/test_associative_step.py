@@ -11,7 +11,7 @@ from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
 from blockstruct.limit.certificate import certify
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.solvers.interior_point import ContactProblem, Step
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, bonded, model_of, push, single_block
 
 #: Of the load factor, relative: the loop stops at a gap of a millionth of the work.

@@ -14,7 +14,7 @@ from blockstruct.limit.program import Objective
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers import ClarabelSolver, RememberingSolver
 from blockstruct.solvers.cvxpy import CvxpySolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 

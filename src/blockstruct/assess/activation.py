@@ -40,7 +40,7 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import division_of
 from blockstruct.results.interfaces import at_points
 from blockstruct.solvers import ClarabelSolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import SolverStatus
 
 #: Accuracy of the programs.

@@ -29,7 +29,9 @@ from blockstruct.results import Spread
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.spread import run_name
-from blockstruct.text import NoteCode, Severity, assessment, told_apart
+from blockstruct.text import assessment
+from blockstruct.text.note import NoteCode, Severity
+from blockstruct.text.numbers import told_apart
 from blockstruct.vocabulary import Stage, Status
 
 #: Directions of a building with walls along x and y.

@@ -15,7 +15,7 @@ from blockstruct.model import LimitCase, Model
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import at_points
-from blockstruct.text import shown
+from blockstruct.text.numbers import shown
 from blockstruct.vocabulary import coordinate
 
 

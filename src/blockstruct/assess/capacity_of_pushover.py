@@ -15,7 +15,7 @@ from blockstruct.model import Model
 from blockstruct.results import block_rotations
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import TOGETHER
-from blockstruct.text import shown
+from blockstruct.text.numbers import shown
 from blockstruct.vocabulary import counted
 
 

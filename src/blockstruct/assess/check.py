@@ -19,17 +19,10 @@ from blockstruct.notebook import html_table
 from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import with_motion
-from blockstruct.text import (
-    SMALL,
-    Note,
-    NoteCode,
-    Severity,
-    assessment,
-    direction_text,
-    in_g,
-    shown,
-    smaller_bodies,
-)
+from blockstruct.text import assessment
+from blockstruct.text.mechanism import SMALL, direction_text, smaller_bodies
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import in_g, shown
 from blockstruct.vocabulary import LISTED, Way, listed
 
 g = STANDARD_GRAVITY

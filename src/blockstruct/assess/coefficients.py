@@ -7,8 +7,8 @@ import numpy as np
 
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError, check_known, shown
-from blockstruct.text import Note
 from blockstruct.text.assessment import changed_coefficients
+from blockstruct.text.note import Note
 
 #: Confidence factor of each level of knowledge, Circolare 7/2019 Tab. C8.5.IV.
 KNOWLEDGE_LEVELS = {"LC1": 1.35, "LC2": 1.20, "LC3": 1.00}

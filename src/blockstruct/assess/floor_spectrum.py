@@ -16,7 +16,7 @@ from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
 from blockstruct.model.fields import named_arguments, number, scalar
-from blockstruct.text import in_g, shown
+from blockstruct.text.numbers import in_g, shown
 from blockstruct.units import si
 from blockstruct.vocabulary import counted
 

@@ -15,7 +15,8 @@ from blockstruct.assess.rotation import first_reached
 from blockstruct.assess.spectrum import LARGEST
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.text import assessment, in_g, ratio_text, shown, told_apart
+from blockstruct.text import assessment
+from blockstruct.text.numbers import in_g, ratio_text, shown, told_apart
 
 g = STANDARD_GRAVITY
 #: Limit state that each method relies on.

@@ -35,7 +35,8 @@ from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import MacroBlock, Spread, macro_blocks
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import TOGETHER
-from blockstruct.text import EFFECT, Note, assessment
+from blockstruct.text import assessment
+from blockstruct.text.note import EFFECT, Note
 from blockstruct.vocabulary import Procedure, Status, Way, listed
 
 g = STANDARD_GRAVITY

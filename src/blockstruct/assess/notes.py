@@ -17,7 +17,8 @@ from blockstruct.model import Model
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.ties import tie_state
-from blockstruct.text import EFFECT, Note, Severity, assessment
+from blockstruct.text import assessment
+from blockstruct.text.note import EFFECT, Note, Severity
 from blockstruct.vocabulary import Flow, TieState
 
 #: Motion out of the plane of a mechanism, relative to the largest, from which there is a note.

@@ -12,7 +12,7 @@ from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError, check_known
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.text import in_g, shown
+from blockstruct.text.numbers import in_g, shown
 from blockstruct.units import QuantityLike, si
 
 g = STANDARD_GRAVITY

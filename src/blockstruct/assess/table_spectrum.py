@@ -11,7 +11,7 @@ from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import check, check_ground, checked_periods, damping_factor
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.text import in_g, shown
+from blockstruct.text.numbers import in_g, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
 

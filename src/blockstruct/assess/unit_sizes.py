@@ -12,7 +12,9 @@ from blockstruct.errors import ModelError
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import LimitCase, Model
 from blockstruct.results.case_result import CaseResult
-from blockstruct.text import LOAD_FACTOR, Note, assessment
+from blockstruct.text import assessment
+from blockstruct.text.note import Note
+from blockstruct.text.numbers import LOAD_FACTOR
 from blockstruct.units import QuantityLike, si
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.limit_states import LimitState
-from blockstruct.text import Note, assessment
+from blockstruct.text import assessment
+from blockstruct.text.note import Note
 from blockstruct.vocabulary import Way
 
 

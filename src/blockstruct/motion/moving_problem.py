@@ -17,16 +17,10 @@ from blockstruct.limit.ties import Ties
 from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
 from blockstruct.model.checks import check_at_block
 from blockstruct.model.fields import label
-from blockstruct.statics import (
-    Crushed,
-    MovedContacts,
-    MovingLoads,
-    MovingStructure,
-    Placement,
-    Statics,
-    equilibrium_matrix,
-    rotated,
-)
+from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
+from blockstruct.statics.moving_cells import Crushed
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Torsion, listed
 
 

@@ -42,8 +42,9 @@ from blockstruct.results.ties import (
     ties_at_collapse,
 )
 from blockstruct.results.verification import contradictions, recomputed_certificate
-from blockstruct.statics import applied_loads
-from blockstruct.text import LOAD_FACTOR, pushed_masses
+from blockstruct.statics.wrenches import applied_loads
+from blockstruct.text.case import pushed_masses
+from blockstruct.text.numbers import LOAD_FACTOR
 
 __all__ = ["AdmissibleState", "Analysis", "CaseResult", "Comparison", "Headline", "HistoryAccessor", "MacroBlock"]
 __all__ += ["Spread", "compare", "compared_curves", "contradictions", "recomputed_certificate", "stored_value"]

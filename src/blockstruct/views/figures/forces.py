@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 import blockstruct as bs
 from blockstruct.arrays import Array
-from blockstruct.text import SMALL
+from blockstruct.text.mechanism import SMALL
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas, legend_above, verbatim
 from blockstruct.views.selection import application_points, chosen_iteration, contact_forces, given_result

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
-from blockstruct.text import SMALL
+from blockstruct.text.mechanism import SMALL
 from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones
 from blockstruct.views.selection import application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids, View
