@@ -10,7 +10,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.activation import _Search, least_activation
 from blockstruct.assess.freedom import separate_mechanisms
-from blockstruct.assess.notes import without_small
+from blockstruct.assess.local_mechanism import without_small
 from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.certificate import certify

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.documents import reader, yaml_core
+from blockstruct.documents import yaml_core
 from refusals import refused
 
 BASIC = yaml.safe_load("""\
@@ -247,7 +247,7 @@ def test_unreadable_and_large_files(tmp_path, monkeypatch):
     for name in ("missing.yaml", "latin.yaml"):
         with refused(bs.errors.StorageError, name):
             bs.read_document(tmp_path / name)
-    monkeypatch.setattr(reader, "MOST_BYTES", 100)
+    monkeypatch.setattr("blockstruct.documents.document.MOST_BYTES", 100)
     with refused(bs.errors.StorageError, "MB"):
         bs.read_document(write(tmp_path, BASIC))
 

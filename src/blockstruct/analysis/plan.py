@@ -19,9 +19,8 @@ from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeate
 from blockstruct.motion.moving_problem import check_moving_case
 from blockstruct.motion.record import check_record
 from blockstruct.results import history_of
-from blockstruct.results.analysis import Analysis
+from blockstruct.results.analysis import Analysis, run_name
 from blockstruct.results.case_result import CaseResult, LazyHistory
-from blockstruct.results.spread import run_name
 from blockstruct.solvers import solver_of
 from blockstruct.statics.contacts import Division
 from blockstruct.statics.moved import MovingStructure

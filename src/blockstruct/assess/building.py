@@ -15,20 +15,18 @@ from blockstruct.analysis import AnalysisManager, kept_analysis
 from blockstruct.analysis.events import CaseFinished, Event, Progress
 from blockstruct.analysis.manager import with_effects
 from blockstruct.analysis.plan import runs_of
-from blockstruct.assess.check import LocalMechanismCheck
+from blockstruct.assess.check import LocalMechanismCheck, Verdict
 from blockstruct.assess.floor_spectrum import Spectrum
 from blockstruct.assess.local_mechanism import REMEDIES, local_mechanism
 from blockstruct.assess.unit_sizes import UnitSizes
-from blockstruct.assess.verdict import Verdict
 from blockstruct.errors import ModelError, StorageError, made_again
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
 from blockstruct.model import BodyForce, LimitCase, LoadPattern, Model
 from blockstruct.model.fields import changed
 from blockstruct.notebook import html_table, is_watched
 from blockstruct.results import Spread
-from blockstruct.results.analysis import Analysis
+from blockstruct.results.analysis import Analysis, run_name
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.spread import run_name
 from blockstruct.text import assessment
 from blockstruct.text.note import NoteCode, Severity
 from blockstruct.text.numbers import told_apart
