@@ -8,8 +8,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.assess.activation import _Search, least_activation
-from blockstruct.assess.freedom import separate_mechanisms
+from blockstruct.assess.freedom import _Search, least_activation, separate_mechanisms
 from blockstruct.assess.local_mechanism import without_small
 from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.limit import LimitProblem

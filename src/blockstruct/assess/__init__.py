@@ -17,9 +17,8 @@
 from blockstruct.assess.building import DIRECTIONS, Building, building
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.check import LocalMechanismCheck, Verdict, WayOfChecking
-from blockstruct.assess.coefficients import KNOWLEDGE_LEVELS, Coefficients
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, Spectrum, floor_spectrum
-from blockstruct.assess.limit_states import LimitState
+from blockstruct.assess.limit_states import KNOWLEDGE_LEVELS, Coefficients, LimitState
 from blockstruct.assess.lines import Line, Section
 from blockstruct.assess.local_mechanism import local_mechanism
 from blockstruct.assess.overturning import Overturning, overturning

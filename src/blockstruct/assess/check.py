@@ -7,9 +7,8 @@ import numpy as np
 
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.assess.capacity import CapacityCurve
-from blockstruct.assess.coefficients import Coefficients
 from blockstruct.assess.floor_spectrum import Spectrum
-from blockstruct.assess.limit_states import METHODS, LimitState
+from blockstruct.assess.limit_states import METHODS, Coefficients, LimitState
 from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation

@@ -8,13 +8,19 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.arrays import SLIGHT
-from blockstruct.assess.activation import least_activation
 from blockstruct.assess.capacity import CapacityCurve, curve_of_pushover, curve_of_rotation, d0_of_weights
 from blockstruct.assess.check import LocalMechanismCheck, WayOfChecking
-from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Spectrum, check_one_place
-from blockstruct.assess.freedom import is_unique, separate_mechanisms
-from blockstruct.assess.limit_states import METHODS, LimitState, by_displacement, damage, linear
+from blockstruct.assess.freedom import is_unique, least_activation, separate_mechanisms
+from blockstruct.assess.limit_states import (
+    METHODS,
+    Coefficients,
+    LimitState,
+    by_displacement,
+    confidence,
+    damage,
+    linear,
+)
 from blockstruct.assess.overturning import Overturning, supporting
 from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies, taking_part
 from blockstruct.assess.rotation import RigidRotation

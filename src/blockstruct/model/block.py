@@ -9,8 +9,14 @@ from attrs import field, frozen
 from blockstruct.arrays import Array
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
-from blockstruct.model.checks import checked_direction, checked_name
-from blockstruct.model.fields import ModelObject, has_name, instance_of, named_arguments
+from blockstruct.model.fields import (
+    ModelObject,
+    checked_direction,
+    checked_name,
+    has_name,
+    instance_of,
+    named_arguments,
+)
 from blockstruct.model.materials import Material
 from blockstruct.units import VectorLike, si_array, si_vector
 from blockstruct.vocabulary import MOTIONS

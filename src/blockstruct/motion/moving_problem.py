@@ -15,8 +15,7 @@ from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_
 from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
-from blockstruct.model.checks import check_at_block
-from blockstruct.model.fields import label
+from blockstruct.model.fields import check_at_block, label
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
 from blockstruct.statics.moving_cells import Crushed

@@ -10,7 +10,7 @@ from blockstruct.arrays import ROUNDING
 from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.geometry.polyhedron import box
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import check_total, checked_count
+from blockstruct.model.fields import check_total, checked_count
 from blockstruct.structures.builder import block, builder, lengths, prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_array, si_vector
 

@@ -12,15 +12,17 @@ from attrs import field, frozen
 from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError, check_known, shown
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.model.fields import (
     LEFT_OUT,
     ModelObject,
+    check_total,
+    checked_count,
     has_name,
     is_truth,
     items,
     label,
     named_arguments,
+    positive_length,
     scalar,
     store,
 )
