@@ -18,10 +18,9 @@ from rich.console import Console
 from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
-from blockstruct import views
 from blockstruct.analysis import IterationDone
 from blockstruct.cli import runs as cli_runs
-from blockstruct.views import figures
+from blockstruct.views import console, figures
 from blockstruct.views.console import bar, following
 from structures import SELF_WEIGHT, box, model_of, push, single_block, stopping
 
@@ -148,7 +147,7 @@ def test_an_interrupted_study_continues(call, done, tmp_path, monkeypatch):
 
     words = ("study", WALL.with_name("friction_study.yaml"), "-o", tmp_path / "runs", "--workers", 1)
     with monkeypatch.context() as patched:
-        patched.setattr(views, "study_following", lambda *_, **__: nullcontext([interrupt]))
+        patched.setattr(console, "study_following", lambda *_, **__: nullcontext([interrupt]))
         code, _, err = call(*words)
     assert (code, err.splitlines()[0]) == (130, "interrupted")
     assert "runs keeps what was done; the same command goes on" in err

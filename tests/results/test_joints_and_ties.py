@@ -14,7 +14,8 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.results.interfaces import lost_lever
 from blockstruct.text.note import cells_note
-from blockstruct.views import analysis_summary, figures, model_text, result_text
+from blockstruct.views import figures
+from blockstruct.views.console import analysis_summary, model_text, result_text
 from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
 from refusals import refused

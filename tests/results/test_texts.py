@@ -12,7 +12,8 @@ import blockstruct as bs
 from blockstruct.results import macro_blocks
 from blockstruct.results.case_result import main_joints
 from blockstruct.text.mechanism import STEPS_OF_PATH, STEPS_OF_PROGRAMS, motion_clause
-from blockstruct.views import analysis_summary, figures, result_text, summary_table
+from blockstruct.views import figures
+from blockstruct.views.console import analysis_summary, result_text, summary_table
 from blockstruct.views.report.contents import contents
 from blockstruct.views.words import admissible_words
 from structures import SELF_WEIGHT, model_of, push, settings_of, single_block, solve

@@ -16,9 +16,10 @@ from rich.console import Console
 from test_page import coordinates, opened, slide
 
 import blockstruct as bs
-from blockstruct import Q_, views
+from blockstruct import Q_
 from blockstruct.text import report
-from blockstruct.views import analysis_summary, figures, result_text
+from blockstruct.views import figures
+from blockstruct.views.console import analysis_summary, archive_table, iteration_table, result_text
 from blockstruct.views.page import write_page
 from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
@@ -188,20 +189,20 @@ def printed(renderable):
 
 def test_the_console_shows_reactions(settled):
     found, folder = settled
-    text = printed(views.result_text(found["goes down"]))
+    text = printed(result_text(found["goes down"]))
     assert "dead, left moves along (0, 0, -1), nonassociative flow" in text
     assert str(found["goes down"].headline) in text
     assert "Statics allows reactions from 20.57 kN to 27.43 kN under the dead load." in text
     for case, unit in (("goes down", "N"), ("turns", "N·m")):
-        assert f"R [{unit}]" in printed(views.iteration_table(found[case].history))
-    assert re.search(r"goes down .* 20571\.\d N", printed(views.archive_table(bs.Archive(folder).table())))
+        assert f"R [{unit}]" in printed(iteration_table(found[case].history))
+    assert re.search(r"goes down .* 20571\.\d N", printed(archive_table(bs.Archive(folder).table())))
     # A spread of reactions is one of forces.
     assert str(found.spread("goes down")).count("20.57 kN") > 3
 
 
 def test_json_has_reactions(settled):
     found, _ = settled
-    summary = json.loads(json.dumps(views.analysis_summary(found), allow_nan=False))
+    summary = json.loads(json.dumps(analysis_summary(found), allow_nan=False))
     case = next(c for c in summary["cases"] if c["name"] == "goes down")
     assert (case["load_factor"], case["reaction"]["units"]) == (None, "newton")
     values = [case["reaction"]["value"], case["reaction"]["largest"], summary["headlines"]["goes down"]["reaction"]]
@@ -235,7 +236,7 @@ def test_figures_show_the_reaction(settled):
 
 def test_every_view_has_the_note_on_corner_torsion(twisted):
     (note,) = twisted["twist"].notes
-    assert note.text in " ".join(printed(views.result_text(twisted["twist"])).split())
-    assert note.text in views.analysis_summary(twisted)["cases"][0]["warnings"]
+    assert note.text in " ".join(printed(result_text(twisted["twist"])).split())
+    assert note.text in analysis_summary(twisted)["cases"][0]["warnings"]
     assert note.text in html.unescape(report_html(twisted))
     assert note.text in payload(twisted)["cases"][0]["head"]["below"]
