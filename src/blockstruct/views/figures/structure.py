@@ -101,10 +101,9 @@ def structure(
         lines, handles = draw(result, index)
         model = result.model
     canvas = Canvas.of(shown, ax, look)
-    solids = Solids.of(model)
-    canvas.bodies(model, solids, solids.vertices, stones(model), lines)
+    canvas.bodies(canvas.solids.vertices, stones(model), lines)
     handles |= canvas.ties(shown, index)
-    canvas.frame(solids.vertices)
+    canvas.frame(canvas.solids.vertices)
     if colour == "sliding" and lines is not None:
         canvas.scale(ScalarMappable(Normalize(0, 1), _sliding_scale()), "utilisation of sliding [-]", extend="max")
     legend_above(canvas.ax, list(handles.values()), list(handles))
@@ -287,7 +286,7 @@ def mechanism(
         msg = f"mechanism: colour {colour!r}; give 'displacement' or 'macro-block'"
         raise bs.errors.ModelError(msg)
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
-    model, solids = result.model, Solids.of(result.model)
+    solids = Solids.of(result.model)
     length = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
     displacement = solids.displacement(result, index)
     if not np.isfinite(displacement).all():
@@ -298,28 +297,28 @@ def mechanism(
     factor = AMPLITUDE * solids.size * solids.drawn_share(displacement) if length is None else length
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)
-    canvas.ghost(model, solids)
+    canvas.ghost()
     if colour == "displacement":
-        canvas.bodies(model, solids, moved, _by_displacement(canvas, solids, model, displacement, factor))
+        canvas.bodies(moved, _by_displacement(canvas, displacement, factor))
     else:
         fill, handles = _by_body(result, index)
-        canvas.bodies(model, solids, moved, fill)
+        canvas.bodies(moved, fill)
     canvas.ties(result, index, factor)
-    drawn = _push(canvas, result, index, solids, moved)
+    drawn = _push(canvas, result, index, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
     if colour == "macro-block":
         legend_above(canvas.ax, handles, [str(handle.get_label()) for handle in handles])
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displacement: Array, amplitude: float) -> Array:
+def _by_displacement(canvas: Canvas, displacement: Array, amplitude: float) -> Array:
     """Return the colours (B, 4) of the blocks by mean displacement; draw their scale with the amplitude, m."""
-    starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
-    counts = np.bincount(solids.block_of_vertex)
+    of_vertex, blocks = canvas.solids.block_of_vertex, canvas.model.blocks
+    starts, counts = np.searchsorted(of_vertex, np.arange(len(blocks))), np.bincount(of_vertex)
     size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
     scale = LinearSegmentedColormap.from_list("displacement", DISPLACEMENT)
     share = size / max(size.max(), np.finfo(float).tiny)
-    fixed = np.array([b.fixed for b in model.blocks])
+    fixed = np.array([b.fixed for b in blocks])
     label = f"displacement, share of the largest [-]\nlargest translation drawn as {amplitude:.2g} m"
     canvas.scale(ScalarMappable(Normalize(0, 1), scale), label)
     return np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share))
@@ -345,7 +344,7 @@ def _weight(body: bs.results.MacroBlock) -> str:
     return f"{body.total * factor:.4g} {unit}{carried}"
 
 
-def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:
+def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:
     """Draw the load or the reaction with its size; return the ends of the arrow."""
     if bs.vocabulary.Stage(result.history["stage"].to_numpy()[iteration]).is_of_dead_load:
         return np.empty((0, 3))
@@ -364,7 +363,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     loads = () if supports else result.case.patterns[-1].loads
     if supports:
         moving = np.array([b.name in supports for b in result.model.blocks])
-        of_supports = moving[solids.block_of_vertex]
+        of_supports = moving[canvas.solids.block_of_vertex]
         tip = centre + (float(((moved[of_supports] - centre) @ direction).min()) - gap) * direction
     elif all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
         tip = centre
@@ -442,9 +441,9 @@ def forces(
         raise bs.errors.ModelError(msg)
 
     model = result.model
-    solids = Solids.of(model)
     canvas = Canvas.of(result, ax, look)
-    canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    solids = canvas.solids
+    canvas.bodies(solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     if at == "interfaces":
         lines = canvas.view.project(_thrust_segments(model, points))
         # If few blocks have just two compressed joints, the segments do not form a line.
@@ -471,7 +470,7 @@ def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
         return
     force = bs.results.tie_forces(result.history)[iteration]
     factor, unit = readable(force, "N")
-    right, up = 0.02 * Solids.of(result.model).size * canvas.view.basis[:2]
+    right, up = 0.02 * canvas.solids.size * canvas.view.basis[:2]
     for ends, value in zip(TieLines.of(result.model).ends, force, strict=True):
         across, along = np.abs(canvas.view.project(ends[1] - ends[0]))
         away, place = (up, ("center", "bottom")) if across > along else (right, ("left", "center"))
@@ -523,9 +522,9 @@ def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) ->
         If it is not the result of a case.
     """
     model = given_result(result, "loads").model
-    solids = Solids.of(model)
     canvas = Canvas.of(result, ax, look)
-    canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    solids = canvas.solids
+    canvas.bodies(solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     drawn, handles = [solids.vertices], {}
     for arrows in load_arrows(result):
         colour, times = (FORCE, " × load factor") if arrows.grows else (ACCENT, "")
