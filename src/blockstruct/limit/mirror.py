@@ -18,7 +18,7 @@ from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.motion import without_rounding
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
-from blockstruct.statics import ContactPoints
+from blockstruct.statics.contacts import ContactPoints
 
 #: Incommensurable weights of the components of a key. Two different places practically never have equal keys.
 _WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])

@@ -12,7 +12,9 @@ from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, RecordCase, SettlementCase
-from blockstruct.statics import ContactPoints, Statics, magnitude, wrenches
+from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.statics import Statics
+from blockstruct.statics.wrenches import magnitude, wrenches
 from blockstruct.vocabulary import Flow
 
 
