@@ -20,6 +20,7 @@ prescribes the work of the variable load. A record moves blocks with their mass:
 
 from blockstruct.motion.course import CERTIFIED, Course, recomputed
 from blockstruct.motion.curve import follow
+from blockstruct.motion.masses import Masses
 from blockstruct.motion.moving_problem import ControlPoint, MovedProblem, MovingProblem, check_moving_case
 from blockstruct.motion.record import check_record, kept_interval, respond, time_step
 from blockstruct.motion.state import CurveOutcome, MotionState, largest_displacement
@@ -38,6 +39,7 @@ __all__ = [
     "largest_displacement",
     "recomputed",
     # records
+    "Masses",
     "check_record",
     "kept_interval",
     "respond",
