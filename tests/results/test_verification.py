@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+from blockstruct import Q_
 from structures import (
     SELF_WEIGHT,
     beam_on_ledges,
@@ -347,3 +348,29 @@ def test_validate_compares_derived_variables(stored, tmp_path, call, structure, 
     code, out, _ = call("validate", tmp_path / "x.h5")
     assert code == 4
     assert re.search(words, out), out
+
+
+RESPONSE_LIES = {
+    "velocity": "the kinetic energy is not that of its velocities",
+    "angular_velocity": "the kinetic energy is not that of its velocities",
+    "kinetic_energy": "its energies do not balance",
+    "dissipated_energy": "its energies do not balance",
+    "peak_displacement": "displaced by more than its peak",
+}
+
+
+def test_lies_of_a_response_are_found():
+    model = model_of(*single_block(0.3, 1.5))
+    t = np.arange(0, 1, 0.01)
+    case = bs.RecordCase("r", SELF_WEIGHT, Q_(0.4 * np.sin(2 * np.pi * t), "g_0"), "10 ms", "+x", interval="50 ms")
+    analysis = bs.run(model, case)
+    result = analysis["r"]
+    assert result.status is bs.Status.COLLAPSES
+    for name, words in RESPONSE_LIES.items():
+        response = result.response.copy(deep=True)
+        response[name][{"time": -2}] *= 0.9
+        found = bs.results.contradictions(analysis.replaced(results={"r": result.changed(response=response)}))
+        assert any(words in what for _, what in found), name
+    stands = result.changed(outcome=replace(result.outcome, status=bs.Status.STANDS))
+    (_, what), *_ = bs.results.contradictions(analysis.replaced(results={"r": stands}))
+    assert what == "stands, but in the last state block has fallen"
