@@ -197,6 +197,8 @@ class CurveEnd(StrEnum):
     NOT_SOLVED = "not_solved"
     #: The supports have reached the displacement of their case.
     DISPLACEMENT_REACHED = "displacement_reached"
+    #: The push has moved a block further than the structure is large.
+    CARRIED_AWAY = "carried_away"
     #: The largest number of states was reached.
     LIMIT_REACHED = "limit_reached"
     #: The control point does not move in the collapse mechanism.

@@ -5,6 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.motion.pushover import PushoverPath
 from blockstruct.structures.builder import prism
 from structures import SELF_WEIGHT, STONE, box, model_of, push
 
@@ -27,6 +28,20 @@ def test_a_stop_is_met_whatever_the_steps(at, steps):
     result = run(model_of(blocks, SMOOTH), "block", steps=steps)
     assert float(result.capacity["displacement"][-1]) == pytest.approx(at - 0.6, rel=2e-2)
     assert "the push meets what it cannot move" in result.curve_ended
+
+
+def test_a_block_that_is_lifted_off_is_carried_away():
+    """Nothing resists but its weight: the curve ends as soon as the block has left the structure."""
+    blocks = [box("ground", [0, 0, -0.5], [1, 1, 0.5], fixed=True), box("block", [0, 0, 0], [1, 1, 2])]
+    lift = bs.LoadPattern("lift", [bs.PointLoad("block", Q_([0.5, 0.5, 2], "m"), Q_([0, 0, 40], "kN"))])
+    case = bs.Pushover("push", SELF_WEIGHT, lift, control=("block", "+z"), steps=10)
+    result = bs.run(model_of(blocks, SMOOTH), case)["push"]
+    assert result.curve_outcome.end == "carried_away"
+    way = result.capacity["displacement"].to_numpy()
+    size = np.sqrt(1 + 1 + 2.5**2)
+    assert way[-2] < size < way[-1] < 1.5 * size
+    np.testing.assert_allclose(result.capacity["load_factor"], 1, rtol=1e-5)
+    assert "further than the structure is large (block)" in result.curve_ended
 
 
 def test_blocks_that_come_towards_each_other_meet():
@@ -188,6 +203,26 @@ def test_no_curve_where_the_interface_leaves_out_corners_of_faces(corners, alpha
     assert result.curve_outcome.blocks == ("ground|block",)
 
 
+def test_a_curve_where_blocks_press_along_an_edge_that_they_share():
+    """A unit pulled out of a wall leans on a block that it touches along an edge: no interface can be given there.
+
+    The wall above may rest on the unit or next to it, so the curve begins above the collapse state.
+    """
+    blocks = [
+        box("ground", [-3, -3, -0.5], [9, 9, 0.5], fixed=True),
+        *(box(name, [x, 0, 0], [length, 0.4, 0.4]) for name, x, length in (("a", -0.6, 0.3), ("c", 0.5, 0.3))),
+        box("unit", [0, 0, 0], [0.2, 0.4, 0.4]),
+        box("above", [-0.6, 0, 0.4], [1.4, 0.4, 1.4]),
+        box("edge", [0.2, 0.4, 0], [0.4, 0.4, 0.4], fixed=True),
+    ]
+    pull = bs.LoadPattern("pull", [bs.PointLoad("unit", Q_([0.1, 0.4, 0.2], "m"), Q_([0.01, 1, 0], "kN"))])
+    case = bs.Pushover("push", SELF_WEIGHT, pull, control=("unit", "+y"), steps=5)
+    result = bs.run(model_of(blocks, bs.JointMaterial("dry", 0.5)), case)["push"]
+    assert "edge|unit" not in {f"{joint.minus}|{joint.plus}" for joint in result.model.interfaces}
+    assert result.capacity["load_factor"][0] > 1.1 * result.load_factor
+    assert "begins_above" in [doubt.doubt for doubt in result.curve_doubts]
+
+
 def test_no_curve_where_blocks_touch_without_an_interface():
     """Of two piers that stand side by side, pushed along, the slender one leans on the other: its joint is left out."""
     blocks = [
@@ -252,3 +287,21 @@ def test_what_the_last_motion_closes_too_late_does_not_press_before(mu, steps):
     assert (x[known] > 0.8).any()
     found = curve["load_factor"].to_numpy()[known]
     np.testing.assert_allclose(found, [expected(turn) for turn in angle[known]], atol=3e-4 if steps > 5 else 1e-3)
+
+
+def test_a_curve_continues_where_no_step_is_found(monkeypatch):
+    """A short step with the inertia of a fall is taken there, and the curve of a block comes to zero at b/2."""
+    blocks = [box("ground", [-3, 0, -0.5], [9, 1, 0.5], fixed=True), box("block", [0, 0, 0], [0.5, 1, 2])]
+    attempted, missed = PushoverPath._attempted, set()
+
+    def not_solved_once(self, step):
+        at = self._course.last.displacement
+        if at in missed or (at > 0.1 and not missed):
+            missed.add(at)
+            return None, np.nan, np.nan
+        return attempted(self, step)
+
+    monkeypatch.setattr(PushoverPath, "_attempted", not_solved_once)
+    result = run(model_of(blocks, ROUGH), "block", steps=20)
+    assert len(missed) == 1
+    assert float(result.capacity["d0"]) == pytest.approx(0.25, rel=1e-4)

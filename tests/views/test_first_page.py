@@ -203,6 +203,11 @@ def test_a_curve_that_begins_half_a_per_cent_off_is_marked():
     warned = str(bs.results.doubtful_parts(high["push"].capacity, high["push"].settings.procedure)[0])
     assert f"; {ended}; {warned}.</p>" in summary(high)
     assert summary(high, [bs.assess.local_mechanism(high["push"], 1.35, SITE)]).count(warned) == 1
+    # One sentence says where a curve begins above its collapse state: a doubt, or the note of a check.
+    above = beginning(sharp, 1.1 * alpha)
+    for checks in ([], [bs.assess.local_mechanism(above["push"], 1.35, SITE)]):
+        sentences = re.sub(r"<(span|small)>.*?</\1>", "", summary(above, checks))
+        assert sentences.count(f"begins at {1.1 * alpha:.4g}") == 1
 
 
 def test_the_first_page_lists_three_of_many_pushovers(rounded):

@@ -59,6 +59,7 @@ def test_the_force_of_a_tie_is_lost_at_its_break(analysis, result):
     assert 0 > slope[0] == pytest.approx(slope[1], rel=0.1)
     assert f"falls from {before:.4g} to {after:.4g}" in bs.results.breaking_words(result.capacity)[0]
     ax = figures.capacity(result, label="block")
+    assert ax.get_xlabel() == "displacement of block [m]"
     np.testing.assert_allclose(ax.lines[0].get_xydata(), np.column_stack([d, alpha]))
     assert [text.get_text() for text in ax.texts] == [f"d0 = {result.capacity['d0'].item():.4g} m", "high breaks"]
     assert any(np.allclose(line.get_xdata(), at) for line in ax.lines if line.get_linestyle() == ":")

@@ -11,7 +11,7 @@ from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import SettlementCase
 from blockstruct.motion.course import CERTIFIED, SAME
-from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.motion.moving_problem import MovedProblem, MovingProblem
 from blockstruct.motion.nearest import nearest
 from blockstruct.motion.pushover import PushoverPath, outcome_of
 from blockstruct.motion.settlement import SettlementPath
@@ -71,7 +71,7 @@ def follow(
             return outcome_of(problem, CurveEnd.NOT_SOLVED, mechanism)
         alpha = collapse.load_factor
         if first.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
-            beyond = _beyond_interfaces(problem, first)
+            beyond = _beyond_interfaces(problem, first, rest)
             if beyond:
                 return CurveOutcome(CurveEnd.BEGINS_ABOVE, 0.0, first.load_factor, 0, beyond)
         yield path.take(first)
@@ -85,13 +85,20 @@ def follow(
 
 def _mechanism(problem: MovingProblem, collapse: Iteration, rest: Placement) -> Array:
     """Twists (B, 6) of the collapse mechanism at 1 W."""
+    return np.asarray(_at_rest(problem, rest, SAME).twist(collapse.u))
+
+
+def _at_rest(problem: MovingProblem, rest: Placement, reach: float) -> MovedProblem:
+    """Return the problem before blocks move, with contacts up to a reach, in mean block sizes."""
     lengths = problem.lengths(rest)
-    twist = problem.at(rest, SAME * problem.statics.length, lengths, lengths).twist(collapse.u)
-    return np.asarray(twist)
+    return problem.at(rest, reach * problem.statics.length, lengths, lengths)
 
 
-def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str, ...]:
-    """Names of blocks that press on each other beyond the interfaces of the model, as ``one|other``."""
+def _beyond_interfaces(problem: MovingProblem, first: MotionState, rest: Placement) -> tuple[str, ...]:
+    """Return the names of blocks that press on each other beyond the interfaces of the model, as ``one|other``.
+
+    Blocks that touch along an edge only, where there can be no interface, are left out.
+    """
     points, names = problem.statics.points, [b.name for b in problem.statics.model.blocks]
     axes, (_, some) = points.frame[:, 1:], np.unique(points.interface, return_index=True)
     own = np.einsum("kij,kj->ki", axes[points.interface], points.position)
@@ -107,4 +114,11 @@ def _beyond_interfaces(problem: MovingProblem, first: MotionState) -> tuple[str,
     beyond = np.ones(len(ends[0]), dtype=bool)
     beyond[row[distance <= SAME * problem.statics.length]] = False
     pairs = np.unique(np.sort(np.column_stack(ends)[beyond]), axis=0)
-    return tuple(f"{names[i]}|{names[j]}" for i, j in pairs.tolist())
+    touching = _at_rest(problem, rest, ZERO).contacts.points
+    found = np.sort(np.column_stack([touching.minus, touching.plus]))
+
+    def share_area(pair: Array) -> bool:
+        along = np.diff(touching.position[(found == pair).all(axis=1)], axis=0)
+        return bool(np.linalg.matrix_rank(along, ZERO * problem.statics.length) > 1)
+
+    return tuple(f"{names[i]}|{names[j]}" for i, j in filter(share_area, pairs))

@@ -106,6 +106,9 @@ class PushoverPath:
         shapes = [(b.shape.vertices, b.centroid) for b in blocks]
         self._radius = np.array([np.linalg.norm(corners - centre, axis=1).max() for corners, centre in shapes])
         free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
+        #: Length that no distance of two points of the structure exceeds, m.
+        self._extent = float(np.linalg.norm(np.ptp(np.concatenate([corners for corners, _ in shapes]), axis=0)))
+        self._at_rest = Placement.of(problem.statics.model)
         #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         #: Ways up to each state of the curve, and to the one after the last, m.
@@ -134,7 +137,7 @@ class PushoverPath:
 
         Joints deform elastically, first under the dead load and then in steps that grow from this deformation.
         """
-        rest, nowhere, none = Placement.of(self._problem.statics.model), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        rest, nowhere, none = self._at_rest, np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / TRACE)
@@ -182,7 +185,11 @@ class PushoverPath:
         return CurveEnd.LIMIT_REACHED if states > PATIENCE * max(self._steps, STEPS) else None
 
     def _reached(self) -> CurveEnd | None:
-        return CurveEnd.ZERO if np.isfinite(zero_displacement(self._course.curve)) else None
+        if np.isfinite(zero_displacement(self._course.curve)):
+            return CurveEnd.ZERO
+        last, start = self._course.last, self._at_rest.position
+        gone = last is not None and np.linalg.norm(last.position - start, axis=1).max() > self._extent
+        return CurveEnd.CARRIED_AWAY if gone else None
 
     def lost(self) -> CurveEnd:
         """How the curve ends where no step is solved."""
@@ -195,9 +202,8 @@ class PushoverPath:
         if last is None:
             return CurveOutcome(end)
         curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
-        start = curve[min(1, len(curve) - 1)][0] if curve else last.displacement
         fastest = np.linalg.norm(last.velocity, axis=1).max()
-        stands = start != 0 and control.velocity(placement, last.twist) * np.sign(start) <= ZERO * fastest
+        stands = control.velocity(placement, last.twist) * np.sign(last.displacement) <= ZERO * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
         found = outcome_of(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
@@ -251,7 +257,8 @@ class PushoverPath:
         """Return the state at a placement after a motion, twists (B, 6), and its step of a way.
 
         Blocks fall until they rest. Blocks also fall if no step is found, or if they leap in it. A fall from a state
-        that is hardly unstable begins slowly: its height grows until blocks fall.
+        that is hardly unstable begins slowly: its height grows until blocks fall. If no step is found, any solution
+        with the inertia of a fall is taken, also if blocks hardly move in it.
         """
         height = self._height(memory)
         if memory.falls:
@@ -260,7 +267,8 @@ class PushoverPath:
             height *= GROWTH**2
         pushed, leaps = self._pushed(placement, twist, way, memory)
         while (pushed is None or leaps) and height < self._highest:
-            if (fallen := self._fallen_from(placement, twist, memory, height)) is not None:
+            last_resort = not (leaps or memory.falls)
+            if (fallen := self._fallen_from(placement, twist, memory, height, last_resort=last_resort)) is not None:
                 return fallen
             height *= GROWTH**2
         return pushed
@@ -268,7 +276,7 @@ class PushoverPath:
     def _pushed(
         self, placement: Placement, twist: Array, way: float, memory: MotionState
     ) -> tuple[MotionState | None, bool]:
-        """Return the state at a placement and its step of a way, which may be shorter, and whether blocks leap.
+        """Return the state at a placement and its step of a way, which may be shorter, and whether blocks leap or jam.
 
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks may
         leap in it.
@@ -283,7 +291,8 @@ class PushoverPath:
                 # A shorter step misses less work, unless blocks drop or meet.
                 share = min(share, SHORTER)
             if time <= step.least or (share == 1 and not jams):
-                return None if jams else found, time <= step.least and self._way(found) > SHORTER * step.way
+                leaps = time <= step.least and self._way(found) > SHORTER * step.way
+                return None if jams else found, jams or leaps
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.
                 step.least, step.far = 0.0, share * step.far
@@ -328,11 +337,11 @@ class PushoverPath:
         return abs(solved.load_factor) > JAMS * self.scale
 
     def _fallen_from(
-        self, placement: Placement, twist: Array, memory: MotionState, height: float
+        self, placement: Placement, twist: Array, memory: MotionState, height: float, *, last_resort: bool = False
     ) -> MotionState | None:
         """Return the state at a placement and a step in which blocks fall by a height.
 
-        The control point waits; None if no block moves further than with it.
+        The control point waits; None if no block moves further than with it, except as a last resort.
         """
         reach = WIDEST * self._length
         moved = self._course.at(placement, reach)
@@ -343,7 +352,8 @@ class PushoverPath:
             solved, inertia_time = self._step(moved, before, [height * falling], wanted, height)
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time)
-                return None if self._jams(solved) or self._way(found) <= OFF * SHORTEST * reach else found
+                waits = self._way(found) <= OFF * SHORTEST * reach and not last_resort
+                return None if self._jams(solved) or waits else found
             height /= GROWTH**2
         return None
 
@@ -440,6 +450,7 @@ class PushoverPath:
             solver_iterations=0,
             solver_time=0.0,
             crushed_depth=moved.crushed.depth,
+            crushed_slope=moved.crushed.slope,
             crushed_share=moved.crushed.share,
             **loaded(moved.contacts, solved.x * problem.force_unit[:, None]),
         )

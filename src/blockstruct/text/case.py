@@ -389,6 +389,8 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
                 f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
                 "it cannot move; and the method ends"
             )
+        case CurveEnd.CARRIED_AWAY:
+            return f"nothing stops the push: {at} it has carried blocks further than the structure is large ({names})"
         case CurveEnd.LIMIT_REACHED:
             return (
                 f"no end after {outcome.states} states: ask for more steps, or follow a point and a direction that the "

@@ -21,9 +21,10 @@ from blockstruct.vocabulary import FEW, listed
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the load factor of a pushover, or the reaction of a settlement, over the displacement.
 
-    The line falls at tie breaks, which dotted lines mark. States whose certificate does not hold are drawn
-    as crosses. ``d0`` is marked: the displacement at which the load factor is zero, or the largest one of the supports
-    before blocks fall. If the curve ends before, the last state is, with a ring.
+    The axis names the block of the control point, or the supports. The line falls at tie breaks, which dotted lines
+    mark. States whose certificate does not hold are drawn as crosses. ``d0`` is marked: the displacement at which the
+    load factor is zero, or the largest one of the supports before blocks fall. If the curve ends before, the last
+    state is, with a ring.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     if isinstance(result.case, bs.SettlementCase):
         what, ylabel = listed(result.case.supports, FEW), f"reaction R [{value_unit}]"
     else:
-        what, ylabel = f"the control point on {result.case.control[0]}", "load factor α [-]"
+        what, ylabel = result.case.control[0], "load factor α [-]"
     ax.set(xlabel=f"displacement of {verbatim(what)} [{unit}]", ylabel=ylabel)
     # From zero, with room for a text below it.
     ax.update_datalim([(0.0, -0.06 * values.max())])

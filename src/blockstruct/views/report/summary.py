@@ -17,7 +17,7 @@ from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import compasses, moving_bodies
 from blockstruct.views.style import BODY_COLOURS
-from blockstruct.vocabulary import FEW, LISTED
+from blockstruct.vocabulary import FEW, LISTED, CurveDoubt
 
 #: Width and height, inches: the mechanism of a direction is 9 cm high or more, with its legend next to it.
 _MECHANISM, _GEOMETRY, _DIAGRAM, _ROW = (4.5, 3.7), (6.3, 3.6), (6.3, 2.9), (1.2, 1.0)
@@ -413,12 +413,12 @@ def curve_sentences(
     ]
     sentences = []
     for name in names[:FEW]:
-        curve = curves[name]
-        breaks = bs.results.breaking_words(curve)
-        doubts = [str(part) for part in analysis[name].curve_doubts]
-        clauses = [beginning_words(analysis[name]), analysis[name].curve_ended]
+        curve, result = curves[name], analysis[name]
+        breaks, doubts = bs.results.breaking_words(curve), result.curve_doubts
+        begins_above = [part.doubt for part in doubts[:1]] == [CurveDoubt.BEGINS_ABOVE]
+        clauses = ["" if begins_above else beginning_words(result), result.curve_ended]
         if doubts:
-            clauses += [] if has_doubt_note and name == relied_on else doubts[:1]
+            clauses += [] if has_doubt_note and name == relied_on else map(str, doubts[:1])
         elif breaks:
             # The last of several breaks may be the one at which SLV ends.
             clauses += [breaks[0], *([report.MORE_BREAKS] if breaks[1:] else [])]
