@@ -11,7 +11,8 @@ from scipy.stats import binom
 import blockstruct as bs
 import studied
 from blockstruct import Q_
-from blockstruct.views import figures, study_summary
+from blockstruct.views import figures
+from blockstruct.views.console import study_summary
 from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 

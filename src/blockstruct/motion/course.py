@@ -16,7 +16,8 @@ from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
 from blockstruct.solvers.splitting import LEAST
 from blockstruct.solvers.step import RECENT, UNBALANCED
-from blockstruct.statics import Crushed, MovedContacts, Placement
+from blockstruct.statics.moved import MovedContacts, Placement
+from blockstruct.statics.moving_cells import Crushed
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05

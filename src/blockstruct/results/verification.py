@@ -15,13 +15,18 @@ from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import SettlementCase, has_curve
-from blockstruct.motion import Masses, MotionState, MovingProblem, largest_displacement, recomputed
+from blockstruct.motion.course import recomputed
+from blockstruct.motion.masses import Masses
+from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.motion.state import MotionState, largest_displacement
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, fallen_blocks, steps_of
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
 from blockstruct.results.ties import DECIMALS, break_points
-from blockstruct.statics import Division, Placement, Statics
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.moved import Placement
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Stage, Status, listed
 
 #: Stages under the dead load alone.

@@ -360,8 +360,8 @@ class ContactProblem:
         w_L = self.problem.w_L
         if self.problem.settlement is not None:
             # Supports that carry all take the structure with them, without elastic forces.
-            alone = stiffness[-1, -1]
-            stiffness[-1, -1] *= 1 + ROUNDING
+            last, alone = len(w_L) - 1, float(stiffness[-1, -1])
+            stiffness = stiffness + sp.csc_matrix(([ROUNDING * alone], ([last], [last])), shape=stiffness.shape)
         elastic = sp.linalg.splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
         displacement = float(w_L @ elastic.solve(w_L))
         if self.problem.settlement is not None and displacement * alone * NEGLIGIBLE > w_L[-1] ** 2:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
-from blockstruct.text import Scope, assumption_sentences, masses_below, report
+from blockstruct.text import report
+from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
 from blockstruct.units import readable
 from blockstruct.views import words
 from blockstruct.views.console import directions_text, parameter_texts
