@@ -62,6 +62,26 @@ def test_a_beam_turns_about_one_ledge_and_slides_on_the_other(sunk):
     assert np.isnan(curve["d0"])
 
 
+def test_a_tie_that_breaks_changes_the_reaction(sunk):
+    """A hanger of 5 kN at x = 0.25 m: at first ``R = (W 1.5 + 5 kN 3.25) / 3.5 − 5 kN``, without it the beam alone."""
+    plain = beam()
+    hanger = bs.Tie(
+        "hanger",
+        ("left", "[0.25, 0.5, -2] m"),
+        ("beam", "[0.25, 0.5, 0.5] m"),
+        yield_force="5 kN",
+        elongation_limit="10 mm",
+    )
+    result = settle(bs.Model("hung", plain.blocks, plain.interfaces, ties=[hanger]), "-z", "0.2 m", steps=20)
+    assert result.reaction.magnitude == pytest.approx((48e3 * 1.5 + 5e3 * 3.25) / 3.5 - 5e3, rel=1e-4)
+    (broken,) = result.broken_ties.to_dict("records")
+    alone = np.interp(broken["displacement [meter]"], sunk.capacity["displacement"], sunk.capacity["reaction"])
+    assert broken["reaction after [newton]"] == pytest.approx(alone, rel=1e-3)
+    assert broken["reaction before [newton]"] == pytest.approx(19.8e3, rel=2e-3)
+    (words,) = bs.results.breaking_words(result.capacity)
+    assert words.endswith("the reaction changes from 19.79 kN to 20.24 kN")
+
+
 def test_an_arch_on_spreading_abutments_falls(spread):
     """Its thrust is ``W (l cos θ + h sin θ) / 2 (h cos θ − l sin θ)``, until both diagonals are horizontal."""
     curve, W = spread.capacity, 20e3 * SPAN * DEPTH

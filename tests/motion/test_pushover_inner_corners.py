@@ -91,6 +91,7 @@ def test_no_force_is_remembered_twice(model):
         solver_time=0.0,
         **loaded(at_rest, x * problem.force_unit[:, None]),
         crushed_depth=np.zeros(0),
+        crushed_slope=np.zeros((0, 3)),
         crushed_share=np.zeros(0),
     )
     assert there.problem.A @ forces_at(there, state).ravel() == pytest.approx(problem.A @ x.ravel(), abs=1e-9)

@@ -155,6 +155,32 @@ def test_a_block_that_the_ground_leaves_flies():
     assert any(not len(state.force_of_contact) for state in states)
 
 
+def test_two_leaves_do_not_pass_through_each_other():
+    """Leaves of 6 cm back to back: fast ones are followed further apart than both are thick."""
+    blocks = [box("ground", [-5, -5, -1], [10, 10, 1], fixed=True)]
+    blocks += [box(name, [x, 0, 0], [0.06, 3, 3]) for name, x in (("back", 0), ("front", 0.06))]
+    t = np.arange(0, 3, 0.01)
+    found = response(
+        model_of(blocks, bs.JointMaterial("joint", 0.6)),
+        0.2 * np.sin(np.pi * t) * np.sin(np.pi * t / 4),
+        "0.01 s",
+        interval="50 ms",
+    )
+    x = found.response.displacement.sel(axis="x")
+    assert float((x.sel(block="front") - x.sel(block="back")).min()) > -0.01
+    assert found.status is bs.Status.COLLAPSES
+
+
+def test_a_record_that_ends_in_a_push_goes_on():
+    """A block that a constant acceleration leans on a wall falls back when the record ends."""
+    blocks, joint = single_block(0.3, 1.5)
+    wall = box("wall", [-0.4, 0, 0], [0.3, 1, 2], fixed=True)
+    found = response(model_of([*blocks, wall], joint), [0.4, 0.4], "4 s", interval="0.1 s").response
+    way = found.displacement.sel(block="block", axis="x")
+    assert float(way.sel(time=4, method="nearest")) == pytest.approx(-0.053, abs=0.002)
+    assert float(way[-1]) == pytest.approx(0, abs=0.01)
+
+
 def test_a_slender_block_falls_and_the_time_is_told():
     blocks, joint = single_block(0.2, 1.5, mu=0.8)
     found = response(model_of(blocks, joint), [0.5, 0.5], "1 s", interval="50 ms")

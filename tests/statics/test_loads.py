@@ -110,6 +110,9 @@ def test_a_force_without_mass_is_not_pushed_and_said_so():
     result = solve(model, push(1, 0, 0), dead=bs.LoadPattern("dead", [bs.SelfWeight(), roof]))
     assert result.load_factor == pytest.approx(28e3 * 0.25 / 20e3, rel=1e-6)
     assert "Forces of 'dead', 8 kN downwards, have no mass and are not pushed." in result.describe()
+    record = bs.RecordCase("r", result.case.dead, Q_([0.0, 0.0], "g_0"), "0.1 s", "+x")
+    words = "Accelerated weight: 20 kN masonry. Forces of 'dead', 8 kN downwards, have no mass and are not accelerated."
+    assert words in bs.run(model, record)["r"].describe()
     on_support = [bs.SelfWeight(), bs.Weight("ground", ["0 m", "0 m", "0 m"], "3 kN")]
     result = solve(model, push(1, 0, 0), dead=bs.LoadPattern("dead", on_support))
     assert "Pushed weight: 20 kN masonry. Weights of 3 kN on supports do nothing." in result.describe()

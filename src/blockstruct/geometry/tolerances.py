@@ -40,7 +40,8 @@ SAMPLES = 12
 #: Largest angle between opposite faces in contact: for boxes, whose vertices always have a face within 55 degrees, and
 #: for bodies with sharper corners and edges.
 FACING, LOOKS = math.radians(60), math.radians(85)
-#: Depth of a penetration, relative to the width of the common area, beyond which two faces are on opposite sides.
+#: Depth of a penetration, relative to the width of the common area and to the extent of either body, beyond which two
+#: faces are on opposite sides.
 DEEP = 0.5
 #: Sine of the angle between two edges below which their crossing defines no normal.
 NO_CROSSING = 0.05

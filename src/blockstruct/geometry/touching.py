@@ -223,6 +223,8 @@ class MovingBodies:
         Body of each part, ascending.
     flat : (f, M) array
         Whether the surface continues flat across each edge.
+    depth : (f,) array
+        Extent of the body along the normal of each part.
     looks : (f,) array
         Largest angle between the normal of each part and opposite faces, radians.
     edged : (f,) array
@@ -238,6 +240,7 @@ class MovingBodies:
     normal: Array
     of_part: Index
     flat: Flags
+    depth: Array
     looks: Array
     edged: Array
     fixed: Flags
@@ -253,7 +256,7 @@ class MovingBodies:
             If a face is too small for the radius.
         """
         corners: list[Array] = []
-        normals, owner, flat, looks, edged = [], [], [], [], []
+        normals, owner, flat, depth, looks, edged = [], [], [], [], [], []
         least = (np.inf, "")
         for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
@@ -269,6 +272,7 @@ class MovingBodies:
                 corners.append(rest)
                 normals.append(body.normals[f])
                 owner.append(i)
+                depth.append(np.ptp(body.vertices @ body.normals[f]))
                 looks.append(max(FACING, edge_angle, corner_angle))
                 edged.append(edge_angle)
                 flat.append([bool(body.normals[f] @ other > 1 - ROUNDING) for other in others])
@@ -286,6 +290,7 @@ class MovingBodies:
             normal=np.array(normals),
             of_part=np.array(owner),
             flat=np.array([row + [False] * (most - len(row)) for row in flat]),
+            depth=np.array(depth),
             looks=np.array(looks),
             edged=np.array(edged),
             fixed=fixed,
@@ -320,7 +325,8 @@ class MovingBodies:
         crossing of two edges the normal is perpendicular to both. A body that rocks on its edge is thus supported by
         the face below, and a body that overhangs rests with its face on the edge below.
 
-        Common areas on the far sides of two bodies are deeper than wide and do not count. Vertices that meet vertices
+        Faces on the far sides of two bodies do not count: they are deeper than their common area is wide, or than a
+        body is thick. Vertices that meet vertices
         or edges sideways, without a common area, do not count until one has passed the other.
 
         Parameters
@@ -365,7 +371,8 @@ class MovingBodies:
         deepest = 2 * self.radius - np.where(shared.within, apart, np.inf).min(axis=1)
         towards, level, aside = self._normals(shared, (first, second), (one, other), back, normal, middle)
         gap = apart * _along(towards, middle) - 2 * self.radius
-        keep = shared.within & (deepest <= DEEP * width)[:, None] & (gap <= reach)
+        extent = np.minimum.reduce([width, self.depth[first], self.depth[second]])
+        keep = shared.within & (deepest <= DEEP * extent)[:, None] & (gap <= reach)
         # A vertex acts at its position, a crossing midway between the edges, a rounded corner on its surface.
         height = level * heights[0] + (1 - level) * heights[1]
         points = place + height[:, :, None] * middle[:, None] + apart[:, :, None] * aside

@@ -51,6 +51,8 @@ class RecordState:
         Of each tie beyond its length in the model, m, and the largest so far, also between states.
     crushed_depth : (C,) array
         Depth that each cell of a joint that crushes has lost, m.
+    crushed_slope : (C, 3) array
+        Slope of its crushed surface, in the axes of its block.
     largest_crushed_depth : float
         Of all joints, m, also of cells that are crushed in part; zero without joints that crush.
     minus_of_contact, plus_of_contact : (P,) arrays
@@ -81,6 +83,7 @@ class RecordState:
     tie_elongation: Array
     peak_tie_elongation: Array
     crushed_depth: Array
+    crushed_slope: Array
     largest_crushed_depth: float
     minus_of_contact: Index
     plus_of_contact: Index

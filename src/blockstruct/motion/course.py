@@ -146,6 +146,7 @@ class Course:
             falls=kinetic > SLIGHT * work,
             tie_elongation=moved.elongation,
             crushed_depth=moved.crushed.depth,
+            crushed_slope=moved.crushed.slope,
             crushed_share=moved.crushed.share,
             largest_crushed_depth=float(moved.contacts.cells.lost.max(initial=0.0)),
             penetration=moved.penetration,
@@ -247,7 +248,7 @@ def loaded(contacts: MovedContacts, force: Array) -> dict[str, Any]:
 
 def _crushed_of(state: MotionState) -> Crushed:
     """Return the memory of cells in a state."""
-    return Crushed(state.crushed_depth, state.crushed_share)
+    return Crushed(state.crushed_depth, state.crushed_slope, state.crushed_share)
 
 
 def _forces_of_cells(state: MotionState, cells: int) -> Array:

@@ -11,7 +11,7 @@ from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.equations import Equations, System, turned
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
-from blockstruct.statics import MovingStructure, Placement, Worn
+from blockstruct.statics import Crushed, MovingStructure, Placement
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
 Loads = Callable[[float], Array]
@@ -47,8 +47,8 @@ class Contacts:
     friction : (K,) array
     yields : (K, 1) array, 1/kg
         Sum of the inverse masses of the two blocks.
-    cell : (A,) array
-        Cells that act.
+    cell, place : (A,) arrays
+        Cells that act, and their places among the contacts.
     system : System
         Unknowns that the contacts connect.
     """
@@ -60,6 +60,7 @@ class Contacts:
     friction: Array
     yields: Array
     cell: Index
+    place: Index
     system: System
 
 
@@ -102,8 +103,8 @@ class Motion:
     elongation, peak_elongation : (M,) arrays, m
         Of each tie from its length in the model, and the largest so far. A tie that yields keeps the largest one, and
         a tie beyond its limit is broken.
-    crushed_depth : (C,) array, m
-        Depth that each cell has lost.
+    crushed : Crushed
+        Memory of the cells of joints that crush.
     """
 
     placement: Placement
@@ -112,7 +113,7 @@ class Motion:
     force: Array
     elongation: Array
     peak_elongation: Array
-    crushed_depth: Array
+    crushed: Crushed
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,26 +196,25 @@ class Dynamics:
         self._anchors = (self._ties.position - centres[self._ties.ends]).transpose(1, 0, 2)
 
     @property
-    def undamaged(self) -> Array:
-        """Depths (C,) that cells have lost at first, m."""
-        return self._cells.untouched.depth
+    def undamaged(self) -> Crushed:
+        """Memory of cells at first."""
+        return self._cells.untouched._replace(share=np.full(len(self._cells), np.nan))
 
     def largest_depth(self, motion: Motion) -> float:
         """Return the largest depth that a cell has lost, m, also in part."""
         if not len(self._cells):
             return 0.0
         at = motion.placement
-        return float(self._cells.at(at.position, at.rotation, Worn(motion.crushed_depth)).lost.max())
+        return float(self._cells.at(at.position, at.rotation, motion.crushed).lost.max())
 
     def contacts(
-        self, placement: Placement, depth: Array, reach: float, before: ContactForces
+        self, placement: Placement, crushed: Crushed, reach: float, before: ContactForces
     ) -> tuple[Contacts, Array]:
         """Return the contacts with gaps up to ``reach``, m, and their forces (K, 3) before, by the nearest contact.
 
-        Cells that act come after the other contacts, and all ties come last. ``depth`` (C,) is the depth, m, that each
-        cell has lost.
+        Cells that act come after the other contacts, and all ties come last. ``crushed`` is the memory of cells.
         """
-        points, gap, level, cell = self._structure.points(placement, reach, self._cells, Worn(depth))
+        points, gap, level, cell = self._structure.points(placement, reach, self._cells, crushed)
         ends = np.stack([points.minus, points.plus])
         R = placement.rotation[ends]
         face = np.where(level > 0, points.minus, points.plus)
@@ -245,6 +245,7 @@ class Dynamics:
             friction=friction,
             yields=self._yield[ends].sum(axis=0)[:, None],
             cell=cell,
+            place=np.arange(len(gap) - len(cell), len(gap)),
             system=System(self._slot[ends], len(self._free)),
         )
         return found, force
@@ -281,6 +282,14 @@ class Dynamics:
         frame, arm, apart, gap, compliance, strength, tilt = self._placed(motion, contacts, G)
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
+        unloads = contacts.place
+        if len(unloads):
+            # A cell whose force stays below the one that crushes it deforms elastically.
+            elastic = COMPLIANCE * self.time_step**2 * contacts.yields[unloads, 0]
+            crushes = np.clip(-gap[unloads] / compliance[unloads, 0], 0.0, strength[unloads])
+            below = motion.force[unloads, 0] - h * v[unloads, 0] / elastic < crushes
+            unloads = unloads[below]
+            strength[unloads], compliance[unloads, 0] = crushes[below], elastic[below]
         # A contact that bears its strength gives way without an impact, and so does a cell that a tilted face crushes.
         nearing = -v[:, 0]
         nearing = nearing * (motion.force[:, 0] < strength) * (nearing * self.time_step > tilt)
@@ -300,6 +309,7 @@ class Dynamics:
         # Forces of contacts at rest. A contact that is closed damps the velocity, as if the step were longer.
         resting = -way / compliance
         resting[:, 1:] += motion.force[:, 1:]
+        resting[unloads, 0] += motion.force[unloads, 0] + gap[unloads] / compliance[unloads, 0]
         time = h + self.time_step * (gap <= 0)[:, None]
         damping = time / compliance
         acting = loads(h)
@@ -322,11 +332,11 @@ class Dynamics:
             yields = x[-M:, 0] >= strength[-M:]
             grown = np.where(yields, longer, np.minimum(longer, self._ties.elongation_limit))
             peak = np.maximum(peak, grown)
-        depth = motion.crushed_depth
+        crushed = motion.crushed
         if len(contacts.cell):
-            depth = self._cells.pressed(depth, contacts.cell, placement.position, placement.rotation)
+            crushed = self._cells.pressed(crushed, contacts.cell, placement.position, placement.rotation)
         return Step(
-            motion=Motion(placement, after, h, x, longer, peak, depth),
+            motion=Motion(placement, after, h, x, longer, peak, crushed),
             impulse_time=k,
             twist=twist,
             mean=mean,
@@ -350,12 +360,10 @@ class Dynamics:
             return _Placed(frame, arm, apart, gap, compliance, np.array(np.inf), np.array(0.0))
         strength, tilt = np.full(len(frame), np.inf), np.zeros(len(frame))
         if len(c):
-            last = len(frame) - len(ties)
-            at = slice(last - len(c), last)
-            cells = self._cells.at(motion.placement.position, R, Worn(motion.crushed_depth))
+            at = contacts.place
+            cells = self._cells.at(motion.placement.position, R, motion.crushed)
             arm[:, at] = cells.point[c] - G[ends[:, at]]
             apart[at] = cells.gap[c, None] * frame[at, 0]
-            compliance = np.tile(compliance, 3)
             compliance[at, 0] = cells.compliance[c]
             strength[at], tilt[at] = self._cells.strength[c], (cells.tilt * cells.sinks)[c]
         slack = np.zeros(len(frame))
@@ -399,7 +407,7 @@ class _Placed(NamedTuple):
         From the point of the minus block to the point of the plus block.
     gap : (K,) array, m
         Negative for an overlap, and for ties that pull.
-    compliance : (K, 1 or 3) array, m/N
+    compliance : (K, 1) array, m/N
     strength : (K,) or () array, N
     tilt : (K,) or () array, m
         Tilt of the other face across the width of a cell.

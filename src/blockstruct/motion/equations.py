@@ -1,6 +1,6 @@
 """Solve the equations of a step of blocks in motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -130,7 +130,7 @@ class Equations:
         Momentum before by the time of the impulse, and loads.
     unit : (F, 6) array, N and N·m
         Unit of unbalanced wrenches.
-    resting, damping : (K, 3) and (K, 1 or 3) arrays, N and N·s/m
+    resting, damping : (K, 3) and (K, 1) arrays, N and N·s/m
         Forces of contacts without limits are ``resting − damping v`` at relative velocities v.
     friction : (K,) array
     strength : (K,) or () array, N
@@ -159,21 +159,46 @@ class Equations:
         """
         x, slope = limited(guess, self.friction, self.strength)
         x = x + turned(slope, self.resting - self.damping * v - guess)
-        trial, least = Trial(V, v, x, slope, self._missed(V, x), np.inf, 0), np.inf
+        first = Trial(V, v, x, slope, self._missed(V, x), np.inf, 0)
         try:
-            while not trial.worst <= NEGLIGIBLE:
-                if trial.iterations > ITERATIONS:
-                    return None
-                changed = self._changed(trial, least)
-                if not changed.worst < least:
-                    limit = self.friction * trial.x[:, 0]
-                    changed = self._at(trial.V, trial.v, trial.iterations + 1, limit)
-                    for _ in range(HELD):
-                        changed = self._changed(changed, changed.worst, limit)
-                    changed = self._at(changed.V, changed.v, changed.iterations)
-                trial, least = changed, min(least, changed.worst)
+            return self._newton(first) or self._with_growing_friction(V, v)
         except RuntimeError:
             return None
+
+    def _with_growing_friction(self, V: Array, v: Array) -> Trial | None:
+        """Return the solution by friction that grows from zero; None if it is not found.
+
+        Without friction, the problem is convex.
+        """
+        share, more, found = 0.0, 1.0, self._at_friction(0.0, V, v, 0)
+        while found is not None and share < 1 and more > 0.5**HALVINGS:
+            grown = min(share + more, 1.0)
+            further = self._at_friction(grown, found.V, found.v, found.iterations)
+            if further is None:
+                more /= 2
+            else:
+                share, more, found = grown, 2 * more, further
+        return found if share == 1 else None
+
+    def _at_friction(self, share: float, V: Array, v: Array, iterations: int) -> Trial | None:
+        """Return the solution with a share of the friction, from velocities; None if it is not found."""
+        other = replace(self, friction=share * self.friction)
+        return other._newton(other._at(V, v, iterations))
+
+    def _newton(self, trial: Trial) -> Trial | None:
+        """Return the solution by Newton's method from a trial; None if it does not converge."""
+        least, last = np.inf, trial.iterations + ITERATIONS
+        while not trial.worst <= NEGLIGIBLE:
+            if trial.iterations > last:
+                return None
+            changed = self._changed(trial, least)
+            if not changed.worst < least:
+                limit = self.friction * trial.x[:, 0]
+                changed = self._at(trial.V, trial.v, trial.iterations + 1, limit)
+                for _ in range(HELD):
+                    changed = self._changed(changed, changed.worst, limit)
+                changed = self._at(changed.V, changed.v, changed.iterations)
+            trial, least = changed, min(least, changed.worst)
         return trial
 
     def _changed(self, trial: Trial, enough: float, limit: Array | None = None) -> Trial:

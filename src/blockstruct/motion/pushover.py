@@ -450,6 +450,7 @@ class PushoverPath:
             solver_iterations=0,
             solver_time=0.0,
             crushed_depth=moved.crushed.depth,
+            crushed_slope=moved.crushed.slope,
             crushed_share=moved.crushed.share,
             **loaded(moved.contacts, solved.x * problem.force_unit[:, None]),
         )

@@ -14,7 +14,7 @@ from blockstruct.model.fields import label
 from blockstruct.motion.dynamics import SPLIT, ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.moving_problem import check_in_motion
-from blockstruct.statics import MovingLoads, MovingStructure, Placement, Statics
+from blockstruct.statics import Crushed, MovingLoads, MovingStructure, Placement, Statics
 from blockstruct.vocabulary import Reason
 
 #: Steps in the time √(r / g) of the smallest block, with r its radius of gyration. Contacts are found as far away as
@@ -133,7 +133,8 @@ class _Run:
             tie_force=no_force,
             tie_elongation=no_force,
             peak_tie_elongation=no_force,
-            crushed_depth=self._dynamics.undamaged,
+            crushed_depth=self._dynamics.undamaged.depth,
+            crushed_slope=self._dynamics.undamaged.slope,
             largest_crushed_depth=0.0,
             minus_of_contact=no_block,
             plus_of_contact=no_block,
@@ -147,8 +148,9 @@ class _Run:
             return Reason.BLOCKS_FALLEN
         if state.time < self._end * (1 - 1e-12):
             return None
-        # At the turn of a motion, only the energy is small.
-        still = state.acceleration <= SLIGHT * STANDARD_GRAVITY
+        # At the turn of a motion, only the energy is small. Blocks may lean on others until the record ends.
+        last = float(np.linalg.norm(self._ground[-1])) if state.time - state.last_step < self._end else 0.0
+        still = max(state.acceleration, last) <= SLIGHT * STANDARD_GRAVITY
         if state.steps and still and state.kinetic_energy <= self._rest:
             return Reason.AT_REST
         limit = self._end + max(AFTER, self._end - self._begin)
@@ -159,7 +161,7 @@ class _Run:
         h, start = self._h, state.time
         placement = self._placement(state)
         contacts, force, moved, slip, reach, kept = self._contacts
-        memory = state.tie_elongation, state.peak_tie_elongation, state.crushed_depth
+        memory = state.tie_elongation, state.peak_tie_elongation, self._crushed(state)
         motion = Motion(placement, self._momentum(state, placement), state.last_step, force, *memory)
         forces = ContactForces(
             state.minus_of_contact,
@@ -180,7 +182,7 @@ class _Run:
             left, time = (part + 1) * h - done, start + done
             if contacts is None:
                 reach = max(self._follows, RESOLUTION * h * float(self._speeds(twist).max()))
-                contacts, force = self._dynamics.contacts(motion.placement, motion.crushed_depth, reach, forces)
+                contacts, force = self._dynamics.contacts(motion.placement, motion.crushed, reach, forces)
                 motion, moved, slip, kept = replace(motion, force=force), np.zeros(len(twist)), 0.0, 0
             weight = self._weight if self._weight is not None else self._dead_wrench(motion.placement)
             step = self._solved(motion, contacts, weight, time, left)
@@ -235,8 +237,9 @@ class _Run:
             tie_force=forces.tie_force,
             tie_elongation=motion.elongation,
             peak_tie_elongation=motion.peak_elongation,
-            crushed_depth=motion.crushed_depth,
-            largest_crushed_depth=self._dynamics.largest_depth(motion),
+            crushed_depth=motion.crushed.depth,
+            crushed_slope=motion.crushed.slope,
+            largest_crushed_depth=max(state.largest_crushed_depth, self._dynamics.largest_depth(motion)),
             minus_of_contact=forces.minus,
             plus_of_contact=forces.plus,
             point_of_contact=forces.point,
@@ -285,6 +288,9 @@ class _Run:
 
     def _placement(self, state: RecordState) -> Placement:
         return Placement.at(self._start.position + state.displacement, state.rotation)
+
+    def _crushed(self, state: RecordState) -> Crushed:
+        return self._dynamics.undamaged._replace(depth=state.crushed_depth, slope=state.crushed_slope)
 
     def _momentum(self, state: RecordState, placement: Placement) -> Array:
         R, m = placement.rotation, self._masses

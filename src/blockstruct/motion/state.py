@@ -41,6 +41,8 @@ class MotionState:
         Cell of a joint that crushes at each contact point with a force, −1 for none; empty without such joints.
     crushed_depth, crushed_share : (C,) arrays
         Depth that each cell has lost before the step, m, and share of its area that was crushed in the state before.
+    crushed_slope : (C, 3) array
+        Slope of each cell, as in :class:`~blockstruct.statics.Crushed`.
     solver_iterations : int
         Iterations of all solutions of the step.
     solver_time : float
@@ -89,6 +91,7 @@ class MotionState:
     force_of_contact: Array
     cell_of_contact: Index
     crushed_depth: Array
+    crushed_slope: Array
     crushed_share: Array
     solver_iterations: int
     solver_time: float

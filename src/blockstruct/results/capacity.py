@@ -248,7 +248,8 @@ def _lacking(name: str, variable: Stated, n: int) -> NDArray[Any]:
 
     They are empty without ties or cells, or what they are without joints that crush.
     """
-    return np.empty((n, 0)) if len(variable.dims) > 1 else np.full(n, _WITHOUT_CELLS[name])
+    shape = (n, 0, len(AXES))[: len(variable.dims)]
+    return np.empty(shape) if len(shape) > 1 else np.full(n, _WITHOUT_CELLS[name])
 
 
 def steps_of(capacity: xr.Dataset) -> list[MotionState]:

@@ -680,7 +680,7 @@ class CaseResult:
 
     @property
     def masses(self) -> str:
-        """Sentences on the masses that a push moves; empty for self-weight alone."""
+        """Sentences on the masses that a push or a record moves; empty for self-weight alone."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
         return "" if plain else texts.pushed_masses(self.model, self.case)
 

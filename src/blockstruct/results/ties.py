@@ -156,12 +156,12 @@ def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
 
 
 def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
-    """Return the ties that break in a pushover or under a record, in order.
+    """Return the ties that break in a pushover, in a settlement or under a record, in order.
 
     Parameters
     ----------
     capacity
-        Capacity curve of the pushover, or response to the record.
+        Capacity curve of the pushover or settlement, or response to the record.
 
     Returns
     -------
@@ -169,7 +169,8 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
         Indexed by the tie: ``displacement [meter]`` of the control point at the break, ``elongation [meter]`` at the
         break, ``force [newton]`` before the break, and ``load factor before`` and ``after``. The elongation equals the
         limit of the tie. Load factors belong to the states just before and after the break. Ties that break between
-        the same two states share them. Under a record: ``time [second]`` and ``elongation [meter]``.
+        the same two states share them. A settlement has ``reaction before [newton]`` and ``after`` instead. Under a
+        record: ``time [second]`` and ``elongation [meter]``.
     """
     if "tie_break_time" in capacity:
         times = {
@@ -179,14 +180,17 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
         found = pd.DataFrame({name: values.to_series() for name, values in times.items()})
         return found.dropna().sort_values("time [second]", kind="stable")
     lengths = [f"{name} [{_METER}]" for name in ("displacement", "elongation")]
-    columns = [*lengths, f"force [{_NEWTON}]", "load factor before", "load factor after"]
+    answer, number, unit = "load_factor", "load factor", ""
+    if "reaction" in capacity:
+        answer, number, unit = "reaction", "reaction", f" [{_NEWTON}]"
+    columns = [*lengths, f"force [{_NEWTON}]", f"{number} before{unit}", f"{number} after{unit}"]
     if "tie_break_displacement" not in capacity:
         return pd.DataFrame(columns=columns, index=pd.Index([], name="tie"), dtype=float)
     at, limit = (capacity[name].to_numpy() for name in ("tie_break_displacement", "tie_elongation_limit"))
     force, elongation = (capacity[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
     breaking = _breaking(elongation, limit)
-    alpha = capacity["load_factor"].transpose("step").to_numpy()
-    rows = [(at[tie], limit[tie], force[k - 1, tie], *alpha[k - 1 : k + 1]) for tie, k in breaking.items()]
+    values = capacity[answer].transpose("step").to_numpy()
+    rows = [(at[tie], limit[tie], force[k - 1, tie], *values[k - 1 : k + 1]) for tie, k in breaking.items()]
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
     return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
 
@@ -231,15 +235,14 @@ def _rounding(model: Model) -> Array:
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:
-    """Return clauses on the ties that break in a pushover.
+    """Return clauses on the ties that break in a pushover or in a settlement.
 
-    Each gives the displacement and the loss of load factor. The last clause counts the remaining ties.
+    Each gives the displacement and the change of load factor or reaction. The last clause counts the remaining ties.
     """
-    broken = broken_ties(capacity)
-    shared = ["load factor before", "load factor after"]
-    clauses = [
-        breaking_clause(list(together.iloc[:, :2].itertuples(name=None)), *together[shared].iloc[0].astype(float))
-        for _, together in broken.head(LISTED).groupby(shared, sort=False)
-    ]
+    broken, is_reaction = broken_ties(capacity), "reaction" in capacity
+    clauses = []
+    for _, together in broken.head(LISTED).groupby(broken.columns[-2:].tolist(), sort=False):
+        breaks = list(together.iloc[:, :2].itertuples(name=None))
+        clauses.append(breaking_clause(breaks, *together.iloc[0, -2:].astype(float), is_reaction=is_reaction))
     rest = len(broken) - LISTED
     return clauses + [more_breaks(rest)] * (rest > 0)

@@ -285,6 +285,7 @@ _FOLLOWS = {
     "displacement": True,
     "tie_elongation": True,
     "crushed_depth": True,
+    "crushed_slope": False,
     "crushed_share": False,
     "largest_crushed_depth": True,
     "penetration": True,

@@ -13,7 +13,7 @@ from blockstruct.statics.carried import CarriedWeights, carried_weights
 from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
-from blockstruct.statics.moving_cells import Crushed, MovingCells, Worn
+from blockstruct.statics.moving_cells import Crushed, MovingCells
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.uniform_friction import multiple_of_uniform_friction, torsion_levers
@@ -32,7 +32,6 @@ __all__ = [
     "Placement",
     "Statics",
     "TieTable",
-    "Worn",
     "applied_loads",
     "carried_weights",
     "equilibrium_matrix",

@@ -13,7 +13,7 @@ from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
-from blockstruct.statics.moving_cells import Crushed, MovingCells, PlacedCells, Worn
+from blockstruct.statics.moving_cells import Crushed, MovingCells, PlacedCells
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import applied_loads, summed
@@ -208,7 +208,7 @@ class MovingStructure:
         return MovedContacts(points, found.gap, A, cell, placed)
 
     def points(
-        self, placement: Placement, reach: float, cells: MovingCells, worn: Worn
+        self, placement: Placement, reach: float, cells: MovingCells, crushed: Crushed
     ) -> tuple[ContactPoints, Array, Array, Index]:
         """Return the contact points at a placement with gaps up to ``reach``, m, their gaps (K,), m, and levels (K,).
 
@@ -218,7 +218,7 @@ class MovingStructure:
         at, cell = (placement.position, placement.rotation), np.empty(0, dtype=np.int64)
         found = self._bodies.touching(*at, reach, self.statics.length)
         if len(cells):
-            found, cell, _ = cells.joined(found, *at, worn, reach)
+            found, cell, _ = cells.joined(found, *at, crushed, reach)
         return self._points(found, placement.rotation), found.gap, found.level, cell[cell >= 0]
 
     def ties(self, placement: Placement) -> TieTable:

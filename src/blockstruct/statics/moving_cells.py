@@ -19,26 +19,18 @@ class Crushed(NamedTuple):
     Attributes
     ----------
     depth : (C,) array, m
-        Depth that each cell has lost; zero unless it is crushed as a whole.
+        Depth that the centre of each cell has lost; zero unless the cell was crushed as a whole.
+    slope : (C, 3) array
+        Slope of the crushed cell, in the axes of its block: direction in which the other face was closest, as long as
+        the sine of its angle.
     share : (C,) array
         Normal force of each cell in the last state, relative to its strength: the share of its area that is crushed.
+        NaN if it follows from the overlap.
     """
 
     depth: Array
+    slope: Array
     share: Array
-
-
-class Worn(NamedTuple):
-    """Memory of cells that bear by their overlap, so that the share of their area that is crushed follows from it.
-
-    Attributes
-    ----------
-    depth : (C,) array, m
-        As in :class:`Crushed`.
-    """
-
-    depth: Array
-    share: None = None
 
 
 class PlacedCells(NamedTuple):
@@ -57,8 +49,9 @@ class PlacedCells(NamedTuple):
     distance : (C,) array, m
         Distance of the other face from the centre of the cell; negative for an overlap.
     tilt : (C,) array
-        Share of the tilt of the face in the overlap under the strength; the rest is elastic. Zero in cells that are
-        crushed as a whole.
+        Share of the tilt of the face in the overlap under the strength; the rest is elastic.
+    slope : (C, 3) array
+        Slope of the other face, as in :class:`Crushed`.
     lost : (C,) array, m
         Largest depth that each cell has lost.
     work : float, J
@@ -72,6 +65,7 @@ class PlacedCells(NamedTuple):
     within: Flags
     distance: Array
     tilt: Array
+    slope: Array
     lost: Array
     work: float
 
@@ -189,9 +183,9 @@ class MovingCells:
     @property
     def untouched(self) -> Crushed:
         """The memory of cells that have borne nothing."""
-        return Crushed(np.zeros(len(self)), np.zeros(len(self)))
+        return Crushed(np.zeros(len(self)), np.zeros((len(self), 3)), np.zeros(len(self)))
 
-    def at(self, position: Array, rotation: Array, crushed: Crushed | Worn) -> PlacedCells:
+    def at(self, position: Array, rotation: Array, crushed: Crushed) -> PlacedCells:
         """Return the cells at a placement.
 
         Parameters
@@ -203,7 +197,7 @@ class MovingCells:
         crushed
             Memory of the cells.
         """
-        (depth, share), bodies, turn = crushed, self.bodies, rotation[self.owner]
+        (depth, before, share), bodies, turn = crushed, self.bodies, rotation[self.owner]
         centre = position[self.owner] + np.einsum("kij,kj->ki", turn, self.point)
         seen = np.einsum("kji,kj->ki", rotation[self.other], centre - position[self.other])
         corner = bodies.corner[self.part]
@@ -220,16 +214,16 @@ class MovingCells:
         own, closer = bodies.normal[self.inner], -np.einsum("kji,kj->ki", turn, self._pressing(rotation))
         cosine = np.einsum("ki,ki->k", closer, own)
         within &= cosine >= np.cos(FACING)
-        closer -= cosine[:, None] * own
-        sine = np.linalg.norm(closer, axis=1)
-        half = np.einsum("kij,kj->ki", self.width, closer / np.maximum(sine, 1e-300)[:, None]) / 2
-        tilt = np.where(depth > 0, 0.0, 2 * np.einsum("ki,ki->k", half, closer))
+        slope = closer - cosine[:, None] * own
+        tilted = slope - before
+        sine = np.linalg.norm(tilted, axis=1)
+        half = np.einsum("kij,kj->ki", self.width, tilted / np.maximum(sine, 1e-300)[:, None]) / 2
+        tilt = 2 * np.einsum("ki,ki->k", half, tilted)
         gap, sinks = distance + depth - tilt / 2, self.elastic + tilt
         overlap = np.clip(-gap / sinks, 0.0, 1.0)
-        if share is None:
-            share, whole = overlap, np.maximum(tilt + overlap * self.elastic, 1e-300)
-        else:
-            whole = sinks
+        known = np.isfinite(share)
+        whole = np.where(known, sinks, np.maximum(tilt + overlap * self.elastic, 1e-300))
+        share = np.where(known, share, overlap)
         shift = ((1 - share) * tilt / whole)[:, None] * half
         sunk = np.minimum(overlap, share)
         return PlacedCells(
@@ -240,6 +234,7 @@ class MovingCells:
             within=within,
             distance=distance,
             tilt=tilt / sinks,
+            slope=slope,
             lost=depth + sunk * tilt,
             work=float(self.strength @ (depth + sunk**2 * tilt / 2)),
         )
@@ -249,24 +244,28 @@ class MovingCells:
 
         Cells that bear their strength lose the overlap beyond the elastic one.
         """
-        share = force / self.strength
-        lost = -self.at(position, rotation, before).distance - self.elastic
-        return Crushed(np.where(share >= 1 - ROUNDING, np.maximum(before.depth, lost), before.depth), share)
+        share, at = force / self.strength, self.at(position, rotation, before)
+        return self._worn(before, at, share >= 1 - ROUNDING)._replace(share=share)
 
-    def pressed(self, depth: Array, acts: Index, position: Array, rotation: Array) -> Array:
-        """Return the depths (C,) lost at a placement, where the cells ``acts`` lose their overlap at their strength."""
-        at = self.at(position, rotation, Worn(depth))
-        lost = np.maximum(depth, -at.distance - self.elastic)
+    def pressed(self, before: Crushed, acts: Index, position: Array, rotation: Array) -> Crushed:
+        """Return the memory at a placement, where the cells ``acts`` lose their overlap at their strength."""
+        at = self.at(position, rotation, before)
         whole = np.zeros(len(self), dtype=bool)
         whole[acts] = (at.within & (-at.gap >= at.sinks))[acts]
-        return np.where(whole, lost, depth)
+        return self._worn(before, at, whole)
+
+    def _worn(self, before: Crushed, at: PlacedCells, whole: Flags) -> Crushed:
+        """Return the memory after some cells (C,) were crushed as a whole."""
+        whole = whole & (-at.distance - self.elastic > before.depth)
+        depth = np.where(whole, -at.distance - self.elastic, before.depth)
+        return Crushed(depth, np.where(whole[:, None], at.slope, before.slope), before.share)
 
     def _pressing(self, rotation: Array) -> Array:
         """Return the outward normals (C, 3) of the other faces."""
         return np.asarray(np.einsum("kij,kj->ki", rotation[self.other], self.bodies.normal[self.across]))
 
     def joined(
-        self, found: Touching, position: Array, rotation: Array, crushed: Crushed | Worn, reach: float
+        self, found: Touching, position: Array, rotation: Array, crushed: Crushed, reach: float
     ) -> tuple[Touching, Index, PlacedCells]:
         """Return contact points that include cells, the cell of each or −1, and all cells.
 

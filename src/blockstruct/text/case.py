@@ -5,7 +5,17 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from blockstruct.limit import Certificate, Outcome
-from blockstruct.model import BodyForce, Case, Model, MovingCase, Pushover, SelfWeight, SettlementCase, kind_of
+from blockstruct.model import (
+    BodyForce,
+    Case,
+    Model,
+    MovingCase,
+    Pushover,
+    RecordCase,
+    SelfWeight,
+    SettlementCase,
+    kind_of,
+)
 from blockstruct.motion import CurveOutcome
 from blockstruct.statics import applied_loads, carried_weights
 from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
@@ -460,16 +470,18 @@ _NAMES = {"weight": "concentrated weights", "line_load": "line loads", "area_loa
 def pushed_masses(model: Model, case: Case) -> str:
     """Return sentences on the acting loads of a case; usually empty.
 
-    For a mass-proportional push they list the weights that it moves and the weights that it does not. Weights on
-    supports have no effect. For a settlement they list loads on supports.
+    For a mass-proportional push and a record they list the weights that it moves and the weights that it does not.
+    Weights on supports have no effect. For a settlement they list loads on supports.
     """
     on_supports = _on_supports(model, case) if isinstance(case, SettlementCase) else ""
     return " ".join(filter(None, (_of_push(model, case), on_supports)))
 
 
 def _of_push(model: Model, case: Case) -> str:
-    if not any(isinstance(load, BodyForce) for p in case.patterns for load in p.loads):
+    is_record = isinstance(case, RecordCase)
+    if not is_record and not any(isinstance(load, BodyForce) for p in case.patterns for load in p.loads):
         return ""
+    pushed = "accelerated" if is_record else "pushed"
     free = np.array([not b.fixed for b in model.blocks])
     masonry = sum(b.weight for b in model.blocks if not b.fixed)
     carried = carried_weights(model, case.dead)
@@ -477,21 +489,21 @@ def _of_push(model: Model, case: Case) -> str:
     parts = []
     for name in _NAMES.values():
         chosen = free[carried.block] & (names[carried.load] == name)
-        weight, pushed = (float(column[chosen].sum()) for column in (carried.weight, carried.pushed))
+        weight, share = (float(column[chosen].sum()) for column in (carried.weight, carried.pushed))
         if weight:
-            share = "" if pushed == weight else f" (of {kilonewton(weight)})"
-            parts.append(f"{kilonewton(pushed)} {name}{share}")
-    text = f"Pushed weight: {' + '.join([f'{kilonewton(masonry)} masonry', *parts])}."
+            whole = "" if share == weight else f" (of {kilonewton(weight)})"
+            parts.append(f"{kilonewton(share)} {name}{whole}")
+    text = f"{pushed.capitalize()} weight: {' + '.join([f'{kilonewton(masonry)} masonry', *parts])}."
     on_supports = float(carried.weight[~free[carried.block]].sum())
     if on_supports > 1e-9 * masonry:
         text += f" Weights of {kilonewton(on_supports)} on supports do nothing."
     if not any(isinstance(load, SelfWeight) for load in case.dead.loads):
-        text += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
+        text += f" {case.dead.name!r} holds no self-weight: the blocks are {pushed}, but do not weigh."
     applied = applied_loads(model, case.dead)
     massless = np.array([kind_of(load) in ("point_load", "face_load") for load in case.dead.loads])
     down = -float(applied.force[massless[applied.load] & free[applied.block], 2].sum())
     if down > 1e-9 * max(masonry, 1.0):
-        text += f" Forces of {case.dead.name!r}, {kilonewton(down)} downwards, have no mass and are not pushed."
+        text += f" Forces of {case.dead.name!r}, {kilonewton(down)} downwards, have no mass and are not {pushed}."
     return text
 
 

@@ -210,15 +210,19 @@ def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
     return shortened(sentences, "{} more such supports have reactions: result.support_reactions.".format)
 
 
-def breaking_clause(breaks: Sequence[tuple[str, float, float]], before: float, after: float) -> str:
+def breaking_clause(
+    breaks: Sequence[tuple[str, float, float]], before: float, after: float, *, is_reaction: bool
+) -> str:
     """Return the clause on ties that break together: name, displacement, m, and elongation, m.
 
-    The load factor is ``before`` in the state before, and ``after`` in the state after.
+    The load factor, or the reaction, N, is ``before`` in the state before, and ``after`` in the state after.
     """
     each = [
         f"{tie_title(str(name))} breaks at a displacement of {at * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
         for name, at, longer in breaks
     ]
+    if is_reaction:
+        return f"{' and '.join(each)}: the reaction changes from {kilonewton(before)} to {kilonewton(after)}"
     return f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}"
 
 
