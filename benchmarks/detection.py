@@ -12,7 +12,7 @@ from time import perf_counter
 import blockstruct as bs
 from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
 from blockstruct.solvers import ClarabelSolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 
 TUFF, DRY = bs.Material("tuff", unit_weight="12 kN/m^3"), bs.JointMaterial("dry", friction_coefficient=0.65)
 LIMIT, EXPONENT = 10.0, 1.2

@@ -16,7 +16,7 @@ import blockstruct as bs
 from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome, true_sliding
 from blockstruct.procedures import solve_limit_case
 from blockstruct.solvers import ClarabelSolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 
 TUFF = bs.Material("tuff", unit_weight="12 kN/m^3")
 

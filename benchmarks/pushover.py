@@ -13,7 +13,7 @@ from time import process_time
 import blockstruct as bs
 from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
 from blockstruct.solvers import ClarabelSolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 
 TUFF = bs.Material("tuff", unit_weight="12 kN/m^3")
 DEAD = bs.LoadPattern("dead", [bs.SelfWeight()])

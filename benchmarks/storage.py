@@ -25,7 +25,7 @@ import blockstruct as bs
 from blockstruct.analysis.manager import Recorder
 from blockstruct.limit import LimitProblem, Outcome
 from blockstruct.results import history_of
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from blockstruct.storage import Checkpoint, save_image
 from blockstruct.storage.file import sealed_image
 

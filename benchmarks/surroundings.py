@@ -118,7 +118,7 @@ def solves(make: Callable[[float], tuple[bs.Model, bs.LimitCase]], frictions: li
     from blockstruct.limit import LimitProblem
     from blockstruct.procedures import solve_limit_case
     from blockstruct.solvers import solver_of
-    from blockstruct.statics import Statics
+    from blockstruct.statics.statics import Statics
 
     total, settings = 0.0, bs.ProcedureSettings()
     for friction in frictions:

@@ -19,7 +19,7 @@ from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.solvers.cvxpy import CvxpySolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 
 
 class Clock:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import blockstruct as bs
 import facades
 from blockstruct import Q_
-from blockstruct.assess.capacity_of_pushover import curve_of_pushover
+from blockstruct.assess.capacity import curve_of_pushover
 from facades import DEPTH, DRY, GROUND, HEIGHT, SITE, STONE, box, case, checked, codes, facade, pushed_over, run, tied
 from meshes import QUADS
 from structures import SELF_WEIGHT, extruded, model_of, push

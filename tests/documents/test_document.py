@@ -1,4 +1,4 @@
-"""Model documents: their content, and refused documents."""
+"""Model documents: what they hold, walls in them, and documents that are written and read again."""
 
 import copy
 import json
@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.documents import reader, yaml_core
+from blockstruct.documents import yaml_core
+from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall
 from refusals import refused
+from structures import moved, rotation
 
 BASIC = yaml.safe_load("""\
 blockstruct: model-1
@@ -247,7 +249,7 @@ def test_unreadable_and_large_files(tmp_path, monkeypatch):
     for name in ("missing.yaml", "latin.yaml"):
         with refused(bs.errors.StorageError, name):
             bs.read_document(tmp_path / name)
-    monkeypatch.setattr(reader, "MOST_BYTES", 100)
+    monkeypatch.setattr("blockstruct.documents.document.MOST_BYTES", 100)
     with refused(bs.errors.StorageError, "MB"):
         bs.read_document(write(tmp_path, BASIC))
 
@@ -257,3 +259,201 @@ def test_repeated_keys_are_refused(tmp_path, suffix):
     text = '{"materials": {"a": {"density": "1 kg/m^3"}, "a": {"density": "2 kg/m^3"}}}'
     with refused(DOCUMENT, f"model{suffix} 'a'"):
         bs.read_document(write(tmp_path, text, suffix))
+
+
+STONE_OF_WALL = bs.Material("stone", "20 kN/m^3")
+SIZE = {"length": "4 m", "courses": 12, "unit_height": "25 cm", "thickness": "0.5 m"}
+UNITS = {"unit_length": "0.5 m"}
+DOOR = {"start": "0.5 m", "sill": "0 m", "width": "1 m", "height": "1 m"}
+DOOR |= {"rise": "0.5 m", "ring": "0.3 m", "voussoirs": 9}
+ROUND = {"centre": ["2.75 m", "1.625 m"], "diameter": "0.7 m", "ring": "0.2 m", "voussoirs": 12}
+HOLE = {"start": "0.5 m", "sill": "0.5 m", "width": "0.5 m", "height": "0.5 m", "bearing": "0 m"}
+SIDE = {"name": "side", "at": "0 m", "length": "1.5 m", "bonded": False}
+PIER = {"name": "pier", "at": "3 m", "width": "0.5 m", "courses": 8, "projection": "0.6 m", "top_projection": "0.3 m"}
+RUBBLE = {"seed": 3, "shortest": "0.25 m", "longest": "0.7 m", "overlap": "0.1 m"}
+
+
+def written(folder, entry, **others):
+    content = {
+        "blockstruct": "model-1",
+        "materials": {"stone": {"unit_weight": "20 kN/m^3"}},
+        "joint_materials": {"lime": {"friction_coefficient": 0.6}},
+        "wall": {**SIZE, "material": "stone", **entry},
+        "interfaces": {"joint_material": "lime"},
+        "load_patterns": {"dead": [{"kind": "self_weight"}], "push": [{"kind": "body_force", "direction": [0, 1, 0]}]},
+        "cases": [{"name": "push", "dead": "dead", "variable": "push"}],
+    }
+    path = folder / "wall.yaml"
+    path.write_text(yaml.safe_dump(content | others), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("entry", "same"),
+    [
+        (
+            UNITS | {"openings": [DOOR, ROUND], "gable": "1.2 m", "prefix": "f."},
+            UNITS | {"openings": [Opening(**DOOR), RoundOpening(**ROUND)], "gable": "1.2 m", "prefix": "f."},
+        ),
+        (
+            {"rubble": RUBBLE, "sidewalls": [SIDE | {"openings": [HOLE]}], "buttresses": [PIER]},
+            {
+                "rubble": Rubble(**RUBBLE),
+                "sidewalls": [Sidewall(**SIDE, openings=[Opening(**HOLE)])],
+                "buttresses": [Buttress(**PIER)],
+            },
+        ),
+        (UNITS | {"leaves": 2, "header_every": 3, "base": True}, UNITS | {"leaves": 2, "header_every": 3}),
+    ],
+    ids=["arch, round window and gable", "rubble, sidewall and buttress", "leaves"],
+)
+def test_a_wall_equals_the_wall_of_the_builder(tmp_path, entry, same):
+    model = bs.read_document(written(tmp_path, entry)).model
+    blocks = bs.wall(**SIZE, material=STONE_OF_WALL, **same)
+    assert model.hash == bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6))).hash
+
+
+def test_a_room_equals_the_room_of_the_builder(tmp_path):
+    size = {"length": "4 m", "width": "3 m", "height": "3 m", "unit_length": "1 m", "unit_height": "0.5 m"}
+    size |= {"thickness": "0.5 m", "gable": "1 m", "bonded": False}
+    path = written(tmp_path, {}, room=size | {"material": "stone", "openings": {"left": [HOLE | {"start": "1 m"}]}})
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    del content["wall"]
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    hole = Opening("1 m", "0.5 m", "0.5 m", "0.5 m", "0 m")
+    blocks = bs.room(**size, material=STONE_OF_WALL, openings={"left": [hole]})
+    same = bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6)))
+    assert bs.read_document(path).model.hash == same.hash
+
+
+def test_a_wall_and_blocks(tmp_path):
+    shape = {"origin": ["1 m", "0 m", "3 m"], "size": ["1 m", "0.5 m", "1 m"]}
+    post = {"name": "post", "material": "stone", "box": shape}
+    model = bs.read_document(written(tmp_path, {"unit_length": "0.5 m"}, blocks=[post])).model
+    assert {"base", "12.1", "post"} <= {block.name for block in model.blocks}
+
+
+@pytest.mark.parametrize(
+    ("entry", "error", "words"),
+    [
+        ({"material": "glass"}, bs.errors.UnknownNameError, "'glass' stone"),
+        ({}, bs.errors.ModelError, "unit_length rubble"),
+        ({"openings": [DOOR | {"centre": ["1 m", "1 m"]}]}, bs.errors.DocumentError, "/wall/openings/0 start"),
+        (UNITS | {"depth": "1 m"}, bs.errors.DocumentError, "/wall 'depth' thickness"),
+        ({"rubble": {"seed": 3}}, bs.errors.DocumentError, "/wall/rubble shortest"),
+    ],
+)
+def test_refused_walls(tmp_path, entry, error, words):
+    with refused(error, words):
+        bs.read_document(written(tmp_path, entry))
+
+
+TUFF = bs.Material("tuff", "12.3 kN/m^3")
+ANGLES = {"friction_angle": "33 deg", "dilatancy_angle": "4.5 deg"}
+STRENGTHS = {"cohesion": "0.11 MPa", "tensile_strength": "0.1 MPa", "compressive_strength": "4.7 MPa"}
+LIME = bs.JointMaterial("lime: mortar", **ANGLES, **STRENGTHS)
+
+
+@pytest.fixture
+def model():
+    size = {"unit_length": "37 cm", "unit_height": "17.5 cm", "thickness": "0.3333 m"}
+    blocks = bs.courses([[1, 1], [0.5, 1, 0.5]], **size, material=TUFF)
+    # Turned, so that no coordinate is a round number.
+    blocks = moved(blocks, rotation((0, 0, 1), 0.3))
+    return bs.Model("wall: turned", blocks, bs.detect_interfaces(blocks, joint_material=LIME).interfaces)
+
+
+@pytest.fixture
+def cases():
+    corners = {"start": Q_([0, 0, 1 / 3], "m"), "end": Q_([1, 0.1, 1 / 3], "m")}
+    dead = bs.LoadPattern(
+        "dead",
+        [
+            bs.SelfWeight(),
+            bs.Weight("2.1", Q_([1, 2, 3], "cm"), Q_(1 / 7, "kN"), mass_share=1 / 3),
+            bs.LineLoad(Q_(1 / 7, "kN/m"), **corners, spanning=True),
+            bs.LineLoad("1 kN/m", **corners, block="2.1"),
+            bs.AreaLoad(Q_(1 / 7, "kPa"), **corners),
+            bs.AreaLoad("1 kPa", block="2.1", mass_share=0),
+            bs.FillLoad("18 kN/m^3", corners["start"], ["1 m", "1 m", "1 m"], lateral_coefficient=0.3),
+            bs.FaceLoad("2.2", 1, unit_weight="9.81 kN/m^3", level="1.2 m"),
+        ],
+    )
+    push = bs.LoadPattern(
+        "push",
+        [
+            bs.FaceLoad("2.2", 1, pressure="-0.8 kPa"),
+            bs.BodyForce((0.6, 0, 0.8), share=1 / 3),
+            bs.PointLoad("2.1", Q_([1, 2, 3], "cm"), Q_([0, 0, -1 / 7], "kN")),
+            bs.FaceLoad("2.2", 1, Q_([0, 0, -0.3], "kPa")),
+            bs.Moment("1.1", Q_([0, 1e-5, 0], "kN*m")),
+        ],
+    )
+    return [bs.LimitCase(f"push {flow}", dead, push, flow) for flow in bs.Flow]
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "yml", "json"])
+def test_a_document_keeps_model_cases_and_settings_to_the_last_bit(tmp_path, model, cases, suffix):
+    settings = bs.ProcedureSettings(crushing_cells=81, schedule=bs.FictitiousSchedule(max_programs=33))
+    path = bs.write_document(tmp_path / f"m.{suffix}", model, cases, settings=settings)
+    back = bs.read_document(path)
+    assert back.model.hash == model.hash
+    assert back.cases == tuple(cases)
+    assert bs.ProcedureSettings.of(back.settings) == settings
+
+
+def test_the_tolerance_is_kept(tmp_path, model, cases):
+    apart = [b if b.name != "2.2" else moved([b], rotation((0, 0, 1), 0), (0, 0, 1e-4))[0] for b in model.blocks]
+    found = bs.detect_interfaces(apart, joint_material=LIME, tolerance="0.2 mm")
+    loose = bs.Model("loose", apart, found.interfaces)
+    path = bs.write_document(tmp_path / "m.yaml", loose, cases, tolerance=Q_(0.2, "mm"))
+    assert bs.read_document(path).model.hash == loose.hash
+    # Without the tolerance the document lists the open joint.
+    stated = bs.read_document(bs.write_document(tmp_path / "other.yaml", loose, cases)).model
+    assert {i.name for i in stated.interfaces} == {i.name for i in loose.interfaces}
+
+
+def test_other_interfaces_are_listed(tmp_path, model, cases):
+    """Another joint material, and half of a bed."""
+    first, second = model.interfaces[:2]
+    a, b, c, d = first.polygon
+    half = bs.Interface("half", first.minus, first.plus, Q_([a, (a + b) / 2, (c + d) / 2, d], "m"), LIME)
+    other = second.with_joint_material(bs.JointMaterial("other", 0.5))
+    mixed = bs.Model("mixed", model.blocks, [half, other, *model.interfaces[2:]])
+    path = bs.write_document(tmp_path / "m.yaml", mixed, cases)
+    assert len(yaml.safe_load(path.read_text(encoding="utf-8"))["interfaces"]["explicit"]) == 2
+    # Listed interfaces come first, as here.
+    assert bs.read_document(path).model.hash == mixed.hash
+
+
+def test_a_draft_may_lack_supports(tmp_path, model, cases):
+    free = [bs.Block(b.name, b.shape, b.material) for b in model.blocks]
+    path = bs.documents.write_draft(tmp_path / "m.yaml", "free", free, LIME, cases)
+    with refused(bs.errors.ModelError, "'free' fixed=True") as refusal:
+        bs.read_document(path)
+    assert "6 blocks, 9 interfaces" in "".join(refusal.value.__notes__)
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content["blocks"][0]["fixed"] = True
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    assert bs.read_document(path).model.block("base").fixed
+
+
+def test_bad_documents_are_not_written(tmp_path, model, cases):
+    other = bs.LimitCase("other", bs.LoadPattern("dead", []), cases[0].variable)
+    for error, words, name, written in [
+        (bs.errors.DocumentError, "m.yaml /cases", "m.yaml", []),
+        (bs.errors.ModelError, "m.txt .yaml", "m.txt", cases),
+        (bs.errors.ModelError, "m.yaml patterns", "m.yaml", [*cases, other]),
+        (bs.errors.ModelError, f"m.yaml {cases[0].name}", "m.yaml", [*cases, cases[0]]),
+        (bs.errors.StorageError, "none/m.yaml", "none/m.yaml", cases),
+    ]:
+        with refused(error, words):
+            bs.write_document(tmp_path / name, model, written)
+    twice = bs.Block("2.3", model.blocks[-1].shape, bs.Material("tuff", "20 kN/m^3"))
+    with refused(bs.errors.ModelError, "m.yaml materials"):
+        bs.documents.write_draft(tmp_path / "m.yaml", "two tuffs", [*model.blocks[:-1], twice], LIME, cases)
+    # A document cannot leave out an interface that detection finds.
+    fewer = bs.Model("fewer", model.blocks, model.interfaces[1:])
+    with refused(bs.errors.ModelError, f"'fewer' {model.interfaces[0].name!r}"):
+        bs.write_document(tmp_path / "m.yaml", fewer, cases)
+    assert list(tmp_path.iterdir()) == []

@@ -19,6 +19,8 @@ CUBE, FACES = np.array(meshes.CUBE, dtype=float), meshes.QUADS
 ORIGIN, OTHER = Q_([0, 0, 0], "m"), bs.Material("stone", "21 kN/m^3")
 MODEL, UNIT, DIMENSION = bs.errors.ModelError, bs.errors.UnitError, bs.errors.DimensionError
 GEOMETRY, UNKNOWN = bs.errors.GeometryError, bs.errors.UnknownNameError
+A, B, LOW = ["0 m", "0 m", "2 m"], ["1 m", "1 m", "2 m"], ["0 m", "0 m", "1 m"]
+FILL = "18 kN/m^3"
 
 
 def box(name, x=0.0, z=0.0, fixed=False):
@@ -92,6 +94,25 @@ def box(name, x=0.0, z=0.0, fixed=False):
         (MODEL, "relaxation_min 0.9 relaxation_max 0.8", lambda: settings_of(relaxation_min=0.9)),
         (MODEL, "yield_tolerance 0.1 0.01", lambda: settings_of(yield_tolerance=0.1)),
         (MODEL, "speed", lambda: bs.ProcedureSettings.of({"speed": 1})),
+        # A load has no meaning, or two.
+        (MODEL, "Weight 'b' weight -1 kN PointLoad", lambda: bs.Weight("b", A, "-1 kN")),
+        (MODEL, "Weight block ''", lambda: bs.Weight("", A, "1 kN")),
+        (MODEL, "LineLoad mass_share 1.001", lambda: bs.LineLoad("1 kN/m", A, B, mass_share=1.001)),
+        (MODEL, "LineLoad weight_per_length 0 N/m", lambda: bs.LineLoad("0 kN/m", A, B)),
+        (MODEL, "LineLoad start end (0.0, 0.0, 2.0) Weight", lambda: bs.LineLoad("1 kN/m", A, A)),
+        (MODEL, "LineLoad z = 2 m 3 m block", lambda: bs.LineLoad("1 kN/m", A, ["1 m", "0 m", "3 m"])),
+        (MODEL, "LineLoad spanning 1 True", lambda: bs.LineLoad("1 kN/m", A, B, spanning=1)),
+        (MODEL, "AreaLoad start end block", lambda: bs.AreaLoad("1 kPa")),
+        (MODEL, "AreaLoad (0, 0) (1, 0) area", lambda: bs.AreaLoad("1 kPa", A, ["1 m", "0 m", "2 m"])),
+        (MODEL, "AreaLoad 'b' spanning rectangle", lambda: bs.AreaLoad("1 kPa", block="b", spanning=True)),
+        (MODEL, "FillLoad z = 2 m box", lambda: bs.FillLoad(FILL, A, B)),
+        (MODEL, "FillLoad lateral_coefficient -0.1", lambda: bs.FillLoad(FILL, LOW, B, lateral_coefficient=-0.1)),
+        (MODEL, "FaceLoad 'b' traction pressure unit_weight level", lambda: bs.FaceLoad("b", 1)),
+        (MODEL, "FaceLoad 'b' face -1", lambda: bs.FaceLoad("b", -1, pressure="1 kPa")),
+        (MODEL, "FaceLoad 'b' unit_weight level", lambda: bs.FaceLoad("b", 1, unit_weight="9.81 kN/m^3")),
+        (MODEL, "FaceLoad unit_weight -1 kN/m³", lambda: bs.FaceLoad("b", 1, unit_weight="-1 kN/m^3", level="1 m")),
+        (UNIT, "LineLoad weight_per_length 5 kN/m", lambda: bs.LineLoad(5, A, B)),
+        (DIMENSION, "AreaLoad weight_per_area", lambda: bs.AreaLoad("4 kN/m", A, B)),
     ],
 )
 def test_refused_values(error, words, make):
@@ -155,6 +176,15 @@ def test_refused_boxes_and_vertices():
         bs.Block.box("b", ORIGIN, Q_([1, 0, 1], "m"), STONE)
     with refused(GEOMETRY, "'b' vertex 3"):
         polyhedron(np.where(np.arange(8) == 3, np.nan, CUBE.T).T, FACES, "b")
+
+
+def test_the_face_towards_a_direction():
+    block = box("b")
+    assert [block.face_towards(d) for d in ("-z", "+z", "-y", "+x", "+y", "-x")] == list(range(6))
+    with refused(GEOMETRY, "'b' face 4 36.9 degrees"):
+        block.face_towards((0.6, 0.8, 0))
+    with refused(MODEL, "'b' direction length 2"):
+        block.face_towards((2, 0, 0))
 
 
 @pytest.mark.parametrize(

@@ -115,6 +115,17 @@ def test_a_support_that_carries_all_takes_the_structure_with_it():
     np.testing.assert_allclose(fallen.sel(axis="z"), -1, atol=1e-4)
 
 
+@pytest.mark.parametrize(("width", "drums"), [(0.7, 2), (0.7, 3), (0.7, 5), (0.4, 5)])
+def test_the_reaction_of_a_foundation_that_carries_all_is_the_weight(width, drums):
+    """Nothing resists the motion elastically: the displacement under a unit reaction was negative by rounding."""
+    stack = [structures.box("left", [-2, -2, -0.3], [5, 5, 0.3], fixed=True)]
+    stack += [structures.box(f"b{k}", [0, 0, 0.8 * k], [width, 1, 0.8]) for k in range(drums)]
+    case = bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-z")
+    found = bs.run(model_of(stack, bs.JointMaterial("joint", 0.6)), case)["case"]
+    assert found.outcome.settled
+    assert found.reaction.magnitude == pytest.approx(16e3 * width * drums, rel=1e-6)
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_a_block_follows_a_settlement_far_longer_than_itself():

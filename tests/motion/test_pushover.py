@@ -16,8 +16,9 @@ import blockstruct as bs
 import structures
 from blockstruct import Q_
 from blockstruct.limit import LimitProblem
-from blockstruct.motion import MovingProblem
-from blockstruct.statics import Placement, Statics
+from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.statics.moved import Placement
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, STONE, block_on_a_bar, bonded, model_of, moved, push, rotation, single_block
 
 ROUGH = bs.JointMaterial("rough", 2.0)

@@ -7,9 +7,11 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.limit import LimitProblem
-from blockstruct.motion import MotionState, MovingProblem
 from blockstruct.motion.course import forces_at, loaded
-from blockstruct.statics import Placement, Statics
+from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.motion.state import MotionState
+from blockstruct.statics.moved import Placement
+from blockstruct.statics.statics import Statics
 from blockstruct.structures.builder import prism
 from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation
 

@@ -10,8 +10,9 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.motion import respond
-from blockstruct.statics import Division, Statics
+from blockstruct.motion.record import respond
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 G = Q_(1, "g_0").to("m/s^2").magnitude

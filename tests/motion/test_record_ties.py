@@ -8,8 +8,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.motion import respond
-from blockstruct.statics import Statics
+from blockstruct.motion.record import respond
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, block_on_a_bar, box, model_of
 
 G = Q_(1, "g_0").to("m/s^2").magnitude

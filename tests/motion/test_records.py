@@ -9,10 +9,10 @@ from scipy.integrate import quad
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.motion import record, respond
+from blockstruct.motion import record
 from blockstruct.motion.masses import Masses
-from blockstruct.motion.record import _Run
-from blockstruct.statics import Statics
+from blockstruct.motion.record import _Run, respond
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, box, model_of, single_block
 
 G = Q_(1, "g_0").to("m/s^2").magnitude

@@ -10,9 +10,10 @@ import blockstruct as bs
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.certificate import certify
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.motion import MovingProblem
+from blockstruct.motion.moving_problem import MovingProblem
 from blockstruct.solvers.step import StepProblem, solve_step
-from blockstruct.statics import Placement, Statics
+from blockstruct.statics.moved import Placement
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, bonded, model_of, push, single_block
 
 

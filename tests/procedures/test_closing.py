@@ -10,7 +10,7 @@ from blockstruct.procedures.carried_forces import Aim, carried_forces, corrected
 from blockstruct.procedures.loading_path import ATTEMPTS
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.solvers import ClarabelSolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from random_structures import structure
 from structures import SELF_WEIGHT, bonded, model_of, push, single_block, solve
 

@@ -7,7 +7,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.procedures.splitting_path import SplittingPath
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Stage
 from structures import SELF_WEIGHT, STONE, bonded, box, model_of, moved, push, rotation, single_block, solve
 

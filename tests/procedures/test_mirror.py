@@ -7,7 +7,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.mirror import Mirror
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, bonded, box, model_of, moved, push, rotation, solve
 
 DRY = bs.JointMaterial("dry", 0.65)

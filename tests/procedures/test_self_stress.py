@@ -14,7 +14,7 @@ from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.settings import scheduled
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers import solver_of
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, box, model_of, push, single_block, solve, stopping
 
 MORE_WEIGHT = push(0, 0, -1)

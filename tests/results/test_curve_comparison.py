@@ -9,7 +9,7 @@ import xarray as xr
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.motion import CurveOutcome
+from blockstruct.motion.state import CurveOutcome
 from blockstruct.results import doubtful_parts
 from blockstruct.vocabulary import CurveEnd
 from structures import SELF_WEIGHT, model_of, push, single_block

@@ -10,7 +10,7 @@ from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.solvers.interior_point import ContactProblem, Step
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling, centred
 from blockstruct.solvers.splitting import Splitting
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, box, model_of, push
 
 #: Of a step in the tests: friction far inside its cone is as exact as the root of the gap.

@@ -1,4 +1,4 @@
-"""The same conic program through every solver."""
+"""Solvers: their answers, tolerances and limits, the associative step, and the acceleration of an iteration."""
 
 from dataclasses import replace
 
@@ -7,15 +7,18 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+from blockstruct import Q_
 from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.program import Objective
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers import ClarabelSolver, RememberingSolver
+from blockstruct.solvers.anderson import Anderson
 from blockstruct.solvers.cvxpy import CvxpySolver
-from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, model_of, push, single_block, solve
+from blockstruct.solvers.interior_point import ContactProblem, Step
+from blockstruct.statics.statics import Statics
+from structures import SELF_WEIGHT, bonded, model_of, push, single_block, solve
 
 
 @pytest.fixture(scope="module")
@@ -159,3 +162,128 @@ def test_a_solution_is_kept_for_the_same_numbers_only(problem):
     assert solver.solve(ConicProgram(own, ProcedureSettings()), data, 1e-8) is first
     assert solver.solve(program, data, 1e-9) is not first
     assert solver.solve(program, program.data(true_sliding(own), max_load_factor=0.5), 1e-8) is not first
+
+
+#: Of the load factor, relative: the loop stops at a gap of a millionth of the work.
+EXACT = 1e-6
+
+
+def program_of(model, direction):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(*direction), "associative")
+    return ConicProgram(LimitProblem.of(Statics.of(model), case), bs.ProcedureSettings(crushing="conic"))
+
+
+def one_rigid_step(program):
+    """Load factor and certificate of one step from nothing; displacements of order one, as in the program."""
+    problem, settings = program.problem, bs.ProcedureSettings()
+    contact = ContactProblem(program, np.zeros((problem.n_points, 3)))
+    nothing = np.zeros(contact.conditions.size)
+    step = Step(reference=nothing, opening=nothing, displacement=program.total)
+    found = contact.solve(step, contact.start(), centre=False, tolerance=EXACT)
+    state = found.state
+    x, T = state.x[: 3 * problem.n_points].reshape(-1, 3), state.x[contact.ties] + problem.ties.prestress(state.alpha)
+    return state.alpha, certify(problem, x, state.u / program.total, state.alpha, settings, T)
+
+
+@pytest.mark.parametrize(("mu", "expected"), [(0.8, 0.4), (0.3, 0.3)], ids=["overturns", "slides"])
+def test_single_block(mu, expected):
+    alpha, certificate = one_rigid_step(program_of(model_of(*single_block(0.4, 1.0, mu=mu)), (1, 0, 0)))
+    assert alpha == pytest.approx(expected, rel=EXACT)
+    assert certificate.holds
+
+
+@pytest.mark.parametrize(
+    ("measure", "value", "admissible"),
+    [("flow_rule_gap", 1.0, True), ("equilibrium_residual", 1.0, False), ("yield_excess", np.nan, False)],
+)
+def test_forces_are_admissible_whatever_the_mechanism(measure, value, admissible):
+    _, certificate = one_rigid_step(program_of(model_of(*single_block(0.4, 1.0, mu=0.8)), (1, 0, 0)))
+    assert certificate.admissible
+    assert replace(certificate, **{measure: value}, holds=False).admissible is admissible
+
+
+def wall(strength):
+    return model_of(bonded(3, 4), bs.JointMaterial("joint", 0.65, compressive_strength=strength))
+
+
+def tied_wall():
+    model = wall(None)
+    third = [b for b in model.blocks if not b.fixed and abs(b.centroid[2] - 0.5) < 1e-6]
+    first, *_, last = sorted(third, key=lambda b: b.centroid[0])
+    ends = ((b.name, Q_(b.centroid, "m")) for b in (first, last))
+    return model.with_ties([bs.Tie("tie", *ends, yield_force="0.2 kN")])
+
+
+@pytest.mark.parametrize(
+    "model", [lambda: wall(None), lambda: wall(Q_(200, "kPa")), tied_wall], ids=["friction", "crushing", "tie"]
+)
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0.3, 1, 0)], ids=["in plane", "out of plane"])
+def test_walls_have_the_load_factor_of_the_conic_program(model, direction):
+    program = program_of(model(), direction)
+    exact = ClarabelSolver().solve(program, program.data(true_sliding(program.problem)), 1e-10)
+    expected, _, _ = program.unpack(exact)
+    alpha, certificate = one_rigid_step(program)
+    assert alpha == pytest.approx(expected, rel=EXACT)
+    assert certificate.holds
+
+
+def iterated(step, start, accelerated, times):
+    """Where an iteration is after some steps."""
+    point = start
+    for _ in range(times):
+        after = step(point)
+        point = accelerated.point(point, after) if accelerated else after
+    return point
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_linear_iteration_ends_after_as_many_steps_as_it_has_directions(seed):
+    """Of six directions, seven changes tell all, but for rounding: the least change in their span is none."""
+    rng = np.random.default_rng(seed)
+    directions, _ = np.linalg.qr(rng.normal(size=(6, 6)))
+    turn = directions @ np.diag([0.99, -0.95, 0.9, 0.8, -0.5, 0.3]) @ directions.T
+    exact, start = rng.normal(size=6), np.zeros(6)
+
+    def step(point):
+        return exact + turn @ (point - exact)
+
+    found = iterated(step, start, Anderson(rng.uniform(0.5, 2.0, size=6), memory=6), 10)
+    slow = iterated(step, start, None, 10)
+    assert np.linalg.norm(found - exact) < 1e-6 * np.linalg.norm(exact)
+    assert np.linalg.norm(slow - exact) > 1e-2 * np.linalg.norm(exact)
+
+
+def test_what_swings_for_ever_comes_to_rest():
+    """A rotation by a right angle goes round its centre."""
+    exact = np.array([1.0, 2.0])
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+    def step(point):
+        return exact + turn @ (point - exact)
+
+    assert np.linalg.norm(iterated(step, np.zeros(2), None, 40) - exact) == pytest.approx(np.linalg.norm(exact))
+    assert np.linalg.norm(iterated(step, np.zeros(2), Anderson(np.ones(2), 4), 6) - exact) < 1e-6
+
+
+def test_at_rest_it_stays():
+    accelerated, point = Anderson(np.ones(3), 4), np.array([1.0, 2.0, 3.0])
+    for _ in range(6):
+        np.testing.assert_array_equal(accelerated.point(point, point), point)
+
+
+def test_what_suddenly_changes_more_is_not_taken_for_the_same_iteration():
+    accelerated = Anderson(np.ones(1), 4)
+    accelerated.point(np.zeros(1), np.array([1.0]))
+    accelerated.point(np.array([1.0]), np.array([1.5]))
+    far = np.array([100.0])
+    np.testing.assert_array_equal(accelerated.point(np.array([1.5]), far), far)
+
+
+def test_numbers_without_weight_go_along():
+    """They have no say in where to go, and go there with the others."""
+    accelerated, point = Anderson(np.array([1.0, 0.0]), 3), np.zeros(2)
+    for _ in range(4):
+        # The first halves its way to one; the second is always twice the first.
+        half = (1 + point[0]) / 2
+        point = accelerated.point(point, np.array([half, 2 * half]))
+    np.testing.assert_allclose(point, [1.0, 2.0], rtol=1e-6)

@@ -6,7 +6,8 @@ import shapely
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.statics import carried_weights, wrenches
+from blockstruct.statics.carried import carried_weights
+from blockstruct.statics.wrenches import wrenches
 from structures import STONE, box, model_of, moved, push, rotation, single_block, solve
 
 DRY, GROUND = bs.JointMaterial("dry", 0.7), box("ground", [-1, -1, -1], [4, 4, 1], fixed=True)

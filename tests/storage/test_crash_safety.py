@@ -16,7 +16,7 @@ from blockstruct.limit import LimitProblem
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, wall
 from processes import FRESH

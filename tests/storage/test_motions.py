@@ -1,6 +1,7 @@
 """Pushovers and responses to records on disk: written, read, checked, and gone on with after a kill at any state."""
 
 import shutil
+from html import unescape
 
 import numpy as np
 import pytest
@@ -148,7 +149,10 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     target = write_paraview(result, tmp_path / "along.pvd")
     # Blocks and ties of each state.
     assert target.read_text().count("<DataSet") == 2 * result.response.sizes["time"]
-    assert write_report(analysis, tmp_path / "report.html").exists()
+    said = unescape(write_report(analysis, tmp_path / "report.html").read_text())
+    for sentence in bs.results.response_words(result.model, result.response):
+        assert sentence in said
+    assert "The structure stands in all of 2 cases." in said
 
 
 def standing(friction, *boxes):

@@ -16,7 +16,8 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
 from blockstruct.model import LOAD_KINDS
-from blockstruct.statics import Division, Statics
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.statics import Statics
 from blockstruct.storage import file as storage_file
 from blockstruct.storage import netcdf, run_folder
 from blockstruct.storage.layout import MIGRATIONS

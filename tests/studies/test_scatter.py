@@ -11,7 +11,8 @@ from scipy.stats import binom
 import blockstruct as bs
 import studied
 from blockstruct import Q_
-from blockstruct.views import figures, study_summary
+from blockstruct.views import figures
+from blockstruct.views.console import study_summary
 from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 
@@ -234,9 +235,20 @@ def test_a_study_of_records_gives_shares_and_peaks():
             bs.studies.fragility(others, *arguments)
 
 
-def test_the_interval_is_that_of_clopper_and_pearson():
-    status = xr.DataArray([["collapses"] * 3 + ["stands"] * 7 + ["undecided"]], dims=["scale", "case"])
+@pytest.mark.parametrize("undecided", [0, 2])
+def test_the_interval_is_that_of_clopper_and_pearson(undecided):
+    """Undecided records may be collapses or not: the interval holds for both."""
+    ends = ["collapses"] * 3 + ["stands"] * 7 + ["undecided"] * undecided
+    status = xr.DataArray([["converged", *ends]], dims=["scale", "case"])
     found = bs.studies.fragility(xr.Dataset({"status": status}, coords={"scale": [1.0]}), confidence=0.9).isel(scale=0)
-    assert (int(found.records), float(found.share)) == (10, 0.3)
-    assert binom.sf(2, 10, float(found.low)) == pytest.approx(0.05)
-    assert binom.cdf(3, 10, float(found.high)) == pytest.approx(0.05)
+    assert (int(found.records), float(found.share), int(found.undecided)) == (10, 0.3, undecided)
+    assert binom.sf(2, 10 + undecided, float(found.low)) == pytest.approx(0.05)
+    assert binom.cdf(3 + undecided, 10 + undecided, float(found.high)) == pytest.approx(0.05)
+
+
+def test_where_no_record_is_decided_the_share_is_unknown():
+    status = xr.DataArray([["stands", "stands"], ["failed", "undecided"]], dims=["scale", "case"])
+    found = bs.studies.fragility(xr.Dataset({"status": status}, coords={"scale": [1.0, 2.0]})).isel(scale=1)
+    assert (int(found.records), int(found.undecided)) == (0, 2)
+    assert (float(found.low), float(found.high)) == (0, 1)
+    assert np.isnan(found.share)

@@ -6,10 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blockstruct import text
 from blockstruct.limit import Outcome
-from blockstruct.text import LOAD_FACTOR, Answer, NoteCode
 from blockstruct.text import assessment as a
+from blockstruct.text import assumptions as assumptions_text
+from blockstruct.text import case as case_text
+from blockstruct.text import mechanism as mechanism_text
+from blockstruct.text import note as note_text
+from blockstruct.text import report, study
+from blockstruct.text.note import NoteCode
+from blockstruct.text.numbers import LOAD_FACTOR, Answer
 from blockstruct.vocabulary import CurveDoubt, PathEnd, Procedure, Reason, SolverStatus, Status
 
 REACTION = Answer("reaction", "R", "force", -1e3)
@@ -22,7 +27,7 @@ UNBOUNDED = Outcome(Status.UNBOUNDED, INF, Reason.GROWS_WITHOUT_LIMIT)
 
 
 def caveats(outcome, answer=LOAD_FACTOR, bound=1.0, jammed=(), *, is_searched=True):
-    return text.caveats(outcome, answer, bound=bound, is_searched=is_searched, jammed=jammed)
+    return note_text.caveats(outcome, answer, bound=bound, is_searched=is_searched, jammed=jammed)
 
 
 NOTES = [
@@ -35,16 +40,16 @@ NOTES = [
     *caveats(SETTLED, jammed=["a", "b", "c", "d"]),
     *caveats(replace(SETTLED, other_procedure=0.8 * SETTLED.load_factor), jammed=["a"]),
     *caveats(replace(SETTLED, other_procedure=SETTLED.load_factor), bound=INF),
-    text.torsion_note(["a|b"], 1.848, 0.459, "load factor", at_corners=True),
-    text.torsion_note(["a", "b", "c", "d", "e"], 1.848, None, "load factor", at_corners=True),
-    text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
-    text.torsion_note(["a|b"], 1.13, None, "reaction", at_corners=False),
-    text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR),
-    text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR, is_estimate=True),
-    text.effect_note(NoteCode.BIAXIAL_CRUSHING, 1.0, 1.02, REACTION),
-    text.biaxial_note(["a|b"], 1.5, is_reaction=False),
-    text.cells_note(1, 2, (62, 64), 0.052, is_reaction=False),
-    text.cells_note(1, 1, (64, 64), 0.052, is_reaction=True),
+    note_text.torsion_note(["a|b"], 1.848, 0.459, "load factor", at_corners=True),
+    note_text.torsion_note(["a", "b", "c", "d", "e"], 1.848, None, "load factor", at_corners=True),
+    note_text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
+    note_text.torsion_note(["a|b"], 1.13, None, "reaction", at_corners=False),
+    note_text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR),
+    note_text.effect_note(NoteCode.CORNER_TORSION, 0.37, 0.315, LOAD_FACTOR, is_estimate=True),
+    note_text.effect_note(NoteCode.BIAXIAL_CRUSHING, 1.0, 1.02, REACTION),
+    note_text.biaxial_note(["a|b"], 1.5, is_reaction=False),
+    note_text.cells_note(1, 2, (62, 64), 0.052, is_reaction=False),
+    note_text.cells_note(1, 1, (64, 64), 0.052, is_reaction=True),
     a.associative_bound(),
     a.rounded_corners(0.03, 0.09, 0.1),
     a.curve_doubt("the load factor jumps"),
@@ -89,8 +94,8 @@ def test_the_words_of_every_note():
 
 
 def test_effects_below_one_percent_have_no_note():
-    assert text.effect_note(NoteCode.CORNER_TORSION, 0.5, 0.4951, LOAD_FACTOR) is None
-    assert text.effect_note(NoteCode.CORNER_TORSION, 0.5, 0.4949, LOAD_FACTOR) is not None
+    assert note_text.effect_note(NoteCode.CORNER_TORSION, 0.5, 0.4951, LOAD_FACTOR) is None
+    assert note_text.effect_note(NoteCode.CORNER_TORSION, 0.5, 0.4949, LOAD_FACTOR) is not None
 
 
 def test_a_settled_bounded_number_has_no_caveat():
@@ -115,10 +120,10 @@ def test_every_end_has_its_sentence():
     for status in Status:
         for reason in Reason:
             outcome = Outcome(status, 0.3, reason, Procedure.FICTITIOUS, path_end=PathEnd.CLOSED)
-            assert text.why(outcome, LOAD_FACTOR)
-            assert text.sentence(outcome, LOAD_FACTOR)
-        assert text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
-    ends = {text.sentence(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end), LOAD_FACTOR) for end in PathEnd}
+            assert case_text.why(outcome, LOAD_FACTOR)
+            assert case_text.sentence(outcome, LOAD_FACTOR)
+        assert case_text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
+    ends = {case_text.sentence(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end), LOAD_FACTOR) for end in PathEnd}
     assert len(ends) == len(PathEnd)
 
 
@@ -131,7 +136,7 @@ def test_every_end_has_its_sentence():
 )
 def test_a_load_factor_that_varies_jams_only_without_a_bound(reason, words):
     varies = Outcome(Status.NOT_CONVERGED, np.nan, reason, drift=(0.385, 0.4017))
-    assert text.sentence(varies, LOAD_FACTOR) == f"no load factor: {words}"
+    assert case_text.sentence(varies, LOAD_FACTOR) == f"no load factor: {words}"
 
 
 def test_the_ends_of_a_range_have_one_unit():
@@ -149,9 +154,9 @@ def test_verdicts(of_sld, at):
 
 def test_doubts_on_a_curve():
     facts = (0.01, 0.02), (0.3, 0.4), 0.02, "fictitious"
-    clauses = [f"{doubt}: {text.doubtful_part(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
+    clauses = [f"{doubt}: {case_text.doubtful_part(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
     assert clauses == Path(__file__).with_name("doubts.txt").read_text(encoding="utf-8").splitlines()
-    alone = text.doubtful_part(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
+    alone = case_text.doubtful_part(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
     assert alone == clauses[1].removeprefix("rises: ").split(", or ")[0]
 
 
@@ -168,7 +173,9 @@ LEAST_TIES = [
 
 def test_least_ties():
     sentences = [
-        text.least_ties_sentence(0.5, {"tie": force}, SolverStatus(status), what, is_associative=flow, proven=proven)
+        mechanism_text.least_ties_sentence(
+            0.5, {"tie": force}, SolverStatus(status), what, is_associative=flow, proven=proven
+        )
         for force, status, what, flow, proven in LEAST_TIES
     ]
     assert sentences == Path(__file__).with_name("least_ties.txt").read_text(encoding="utf-8").splitlines()
@@ -189,7 +196,7 @@ def test_an_interrupted_building():
 
 def test_a_tie_that_reaches_its_limit():
     lengthens = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
-    assert text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (
+    assert mechanism_text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (
         "Tie left: yielding, 40 kN of 40 kN (yield); it lengthens by 0.5 times the largest block displacement and "
         "reaches its limit of 30 mm at 60 mm, to first order."
     )
@@ -206,15 +213,17 @@ def test_a_tie_that_reaches_its_limit():
 def test_assumptions_on_corners(small_model, radii, words):
     flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
     corners = {f"push {k}": radius for k, radius in enumerate(radii)}
-    scope = text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
-    (sentence,) = [s for s in text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s]
+    scope = assumptions_text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
+    (sentence,) = [
+        s for s in assumptions_text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s
+    ]
     assert sentence.endswith(words)
 
 
 def test_the_first_page_without_a_number():
-    alone = text.report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=1, checks=0)
+    alone = report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=1, checks=0)
     assert alone == "There is no load factor to rely on: “push” is unstable under dead load."
-    others = text.report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=3, checks=2)
+    others = report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=3, checks=2)
     assert others == (
         "There is no load factor to rely on: “push” is unstable under dead load, the worst of 3 cases. The "
         "verification is not satisfied. The 2 checks of other cases do not cover it."
@@ -222,7 +231,6 @@ def test_the_first_page_without_a_number():
 
 
 def test_lines_on_samples():
-    study = text.study
     assert study.sample_line("push", 20, 20, 0.3, 0.0123) == "push: 20 runs, mean 0.3, standard deviation 0.012"
     assert study.sample_line("push", 20, 18, 0.3, 0.01).endswith(" of the 18 with a finite load factor")
     line = study.fractile_line(0.05, 0.25, (-np.inf, np.nan), 0.95)

@@ -18,7 +18,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import crushing
 from blockstruct.results.interfaces import beyond_rectangle
-from blockstruct.text import NoteCode, effect_note
+from blockstruct.text.note import NoteCode, effect_note
 from published import WALLS, blocks
 from structures import STONE, box, divided, extruded, model_of, moved, push, random_frame, rotation, single_block, solve
 

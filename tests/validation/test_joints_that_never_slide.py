@@ -13,7 +13,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.errors import DimensionError, ModelError
 from blockstruct.limit import LimitProblem
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, STONE, box, kept, model_of, push, semicircle, single_block, solve
 
 NEVER = bs.JointMaterial("never slides", math.inf)

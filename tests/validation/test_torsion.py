@@ -19,8 +19,10 @@ from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
-from blockstruct.statics import ContactPoints, Division, Statics, multiple_of_uniform_friction
-from blockstruct.text import NoteCode, effect_note, torsion_note
+from blockstruct.statics.contacts import ContactPoints, Division
+from blockstruct.statics.statics import Statics
+from blockstruct.statics.uniform_friction import multiple_of_uniform_friction
+from blockstruct.text.note import NoteCode, effect_note, torsion_note
 from structures import SELF_WEIGHT, STONE, box, kept, model_of, moved, push, random_frame, rotation
 
 FRICTION, HEIGHT = 0.6, 0.5

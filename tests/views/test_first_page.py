@@ -14,7 +14,8 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.lines import HIGHER
 from blockstruct.limit import Outcome
-from blockstruct.text import Note, NoteCode, Severity, report
+from blockstruct.text import report
+from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.views import figures
 from blockstruct.views.figures import drawings
 from blockstruct.views.report import report_html, write_report

@@ -10,7 +10,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.text.assumptions import masses_below
-from blockstruct.views import analysis_summary, result_text
+from blockstruct.views.console import analysis_summary, result_text
 from blockstruct.views.page.html import payload
 from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report import report_html, write_report

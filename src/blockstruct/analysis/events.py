@@ -11,10 +11,10 @@ from blockstruct.errors import ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.limit.response import RecordState
 from blockstruct.model import Case, MovingCase, RecordCase, SettlementCase
-from blockstruct.motion import MotionState
+from blockstruct.motion.state import MotionState
 from blockstruct.notebook import in_notebook, is_terminal, is_watched
 from blockstruct.results.case_result import CaseResult
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import counted, in_words
 
 

@@ -39,7 +39,8 @@ from blockstruct.results.comparison import Comparison
 from blockstruct.results.history import division_of, history_variables, iteration_variables
 from blockstruct.results.interfaces import corner_torsion
 from blockstruct.solvers import RememberingSolver, solver_of
-from blockstruct.statics import Division, Statics
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.statics import Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, planned_analysis, tidy
 from blockstruct.vocabulary import Stage, Status, Torsion
 

@@ -21,7 +21,9 @@ from blockstruct.limit.iteration import Steps, changed_steps, conclude
 from blockstruct.limit.motion import velocities_of
 from blockstruct.limit.program import ProgramData, Solution, Solver
 from blockstruct.model import RecordCase, has_curve
-from blockstruct.motion import MovingProblem, follow, respond
+from blockstruct.motion.curve import follow
+from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.motion.record import respond
 from blockstruct.results.capacity import (
     arrays_of_response,
     beginning_of,
@@ -32,7 +34,7 @@ from blockstruct.results.capacity import (
 )
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import forces_in, motions_in
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Reason, SolverStatus, Stage, Status
 
 _Item = TypeVar("_Item")

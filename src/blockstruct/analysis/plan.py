@@ -16,13 +16,15 @@ from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning, V
 from blockstruct.limit import LimitProblem, Outcome
 from blockstruct.limit.settings import Numerics, ProcedureSettings, scheduled
 from blockstruct.model import Case, Model, Pushover, RecordCase, check_unrepeated, has_curve
-from blockstruct.motion import check_moving_case, check_record
+from blockstruct.motion.moving_problem import check_moving_case
+from blockstruct.motion.record import check_record
 from blockstruct.results import history_of
-from blockstruct.results.analysis import Analysis
+from blockstruct.results.analysis import Analysis, run_name
 from blockstruct.results.case_result import CaseResult, LazyHistory
-from blockstruct.results.spread import run_name
 from blockstruct.solvers import solver_of
-from blockstruct.statics import Division, MovingStructure, Statics
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.moved import MovingStructure
+from blockstruct.statics.statics import Statics
 from blockstruct.storage import patterns
 from blockstruct.vocabulary import Flow, Reason, Status
 

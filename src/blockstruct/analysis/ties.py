@@ -47,8 +47,9 @@ from blockstruct.procedures import least_ties
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.ties import tie_state, ties_at_collapse
 from blockstruct.solvers import solver_of
-from blockstruct.statics import Division, Statics
-from blockstruct.text import least_ties_sentence
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.statics import Statics
+from blockstruct.text.mechanism import least_ties_sentence
 from blockstruct.vocabulary import Flow, SolverStatus, TieState
 
 __all__ = ["BondedBar", "Strip", "Tie"]

@@ -14,20 +14,16 @@
 (1.0, 0.7264, 0.823)
 """
 
-from blockstruct.assess.building import DIRECTIONS, Building, building
+from blockstruct.assess.building import DIRECTIONS, Building, UnitSizes, building, unit_sizes
 from blockstruct.assess.capacity import CapacityCurve
-from blockstruct.assess.check import LocalMechanismCheck
-from blockstruct.assess.coefficients import KNOWLEDGE_LEVELS, Coefficients
+from blockstruct.assess.check import LocalMechanismCheck, Verdict, WayOfChecking
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, Spectrum, floor_spectrum
-from blockstruct.assess.limit_states import LimitState
+from blockstruct.assess.limit_states import KNOWLEDGE_LEVELS, Coefficients, LimitState
 from blockstruct.assess.lines import Line, Section
 from blockstruct.assess.local_mechanism import local_mechanism
 from blockstruct.assess.overturning import Overturning, overturning
 from blockstruct.assess.participation import Participation
-from blockstruct.assess.spectrum import NtcSpectrum, ntc_spectrum
-from blockstruct.assess.table_spectrum import TableSpectrum, table_spectrum
-from blockstruct.assess.unit_sizes import UnitSizes, unit_sizes
-from blockstruct.assess.verdict import Verdict, WayOfChecking
+from blockstruct.assess.spectrum import NtcSpectrum, TableSpectrum, ntc_spectrum, table_spectrum
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.vocabulary import Way
 

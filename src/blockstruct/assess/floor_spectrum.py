@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike
 
 from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.assess.lines import Line
-from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
-from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.assess.spectrum import NtcSpectrum, TableSpectrum, checked_periods, damping_factor
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
 from blockstruct.model.fields import named_arguments, number, scalar
-from blockstruct.text import in_g, shown
+from blockstruct.text.numbers import in_g, shown
 from blockstruct.units import si
 from blockstruct.vocabulary import counted
 

@@ -17,7 +17,9 @@ from blockstruct.errors import shown as as_given
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.model.fit import OFF_FACE
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.text import EFFECT, Note, assessment, shown
+from blockstruct.text import assessment
+from blockstruct.text.note import EFFECT, Note
+from blockstruct.text.numbers import shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import JointOrientation, counted
 

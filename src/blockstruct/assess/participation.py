@@ -13,7 +13,7 @@ from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.results.mechanism import TOGETHER
-from blockstruct.text import shown
+from blockstruct.text.numbers import shown
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,8 +162,8 @@ def say_table(table: Table) -> None:
 
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     """Print every case with its certificate, on request with its iterations, and then a table."""
-    from blockstruct.text import tilting_table
-    from blockstruct.views import directions_text, iteration_table, result_text, summary_table
+    from blockstruct.text.case import tilting_table
+    from blockstruct.views.console import directions_text, iteration_table, result_text, summary_table
     from blockstruct.views.words import cells_of
 
     for result in analysis.values():

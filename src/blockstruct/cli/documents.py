@@ -150,7 +150,7 @@ def _checked(path: Path) -> bs.documents.Document:
 
 
 def _say_checked(document: bs.documents.Document) -> None:
-    from blockstruct.views import model_text
+    from blockstruct.views.console import model_text
 
     say(model_text(document.model))
     say(str(document.report))

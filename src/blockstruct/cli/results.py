@@ -38,7 +38,7 @@ _OF_STATES = (
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
     """Print the results of an analysis, with their certificates."""
-    from blockstruct.views import analysis_summary, parameter_texts
+    from blockstruct.views.console import analysis_summary, parameter_texts
 
     analysis = bs.open_analysis(file)
     if as_json:
@@ -75,7 +75,7 @@ def history(
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case, or the states of a pushover."""
-    from blockstruct.views import iteration_table
+    from blockstruct.views.console import iteration_table
 
     analysis = bs.open_analysis(file)
     if case is None:
@@ -140,7 +140,7 @@ def archive(
     csv: CsvOption = None,
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
-    from blockstruct.views import archive_table
+    from blockstruct.views.console import archive_table
 
     archive = bs.Archive(folder)
     whole = csv is not None or all_columns

@@ -90,7 +90,7 @@ def recover(file: FileArgument) -> None:
 @app.command()
 def resume(file: FileArgument, quiet: QuietOption = False) -> None:
     """Continue a killed or interrupted run from its last committed iteration."""
-    from blockstruct.views import following
+    from blockstruct.views.console import following
 
     out.quiet = quiet
     events: list[Any] = []
@@ -123,7 +123,7 @@ def _run(
     *,
     spread: bool | str = False,
 ) -> None:
-    from blockstruct.views import following
+    from blockstruct.views.console import following
 
     if not output.parent.is_dir():
         msg = f"{output}: there is no folder {output.parent}; make it, or choose another one"
@@ -137,7 +137,7 @@ def _run(
 
 
 def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, written: bool = True) -> None:
-    from blockstruct.views import analysis_summary
+    from blockstruct.views.console import analysis_summary
 
     # On a terminal the iterations were not printed during the run.
     print_results(analysis, iterations=err.is_terminal)
@@ -171,8 +171,7 @@ def study(
     csv: CsvOption = None,
 ) -> None:
     """Run a model document with many values of its parameters; finished runs are not repeated."""
-    from blockstruct.views import study_following, study_summary, study_table
-    from blockstruct.views.console import plain
+    from blockstruct.views.console import plain, study_following, study_summary, study_table
     from blockstruct.views.output import write_csv
 
     out.quiet = quiet or as_json

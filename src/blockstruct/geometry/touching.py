@@ -326,8 +326,8 @@ class MovingBodies:
         the face below, and a body that overhangs rests with its face on the edge below.
 
         Faces on the far sides of two bodies do not count: they are deeper than their common area is wide, or than a
-        body is thick. Vertices that meet vertices
-        or edges sideways, without a common area, do not count until one has passed the other.
+        body is thick. Vertices that meet vertices or edges sideways, without a common area, do not count until one has
+        passed the other.
 
         Parameters
         ----------

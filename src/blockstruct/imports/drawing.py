@@ -19,7 +19,7 @@ from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, che
 from blockstruct.imports.source import Imported, Repair, checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH
 from blockstruct.model import Material
-from blockstruct.model.checks import MOST, positive_length
+from blockstruct.model.fields import MOST, positive_length
 from blockstruct.units import QuantityLike
 
 

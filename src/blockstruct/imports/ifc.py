@@ -14,7 +14,7 @@ from blockstruct.imports.solid import Content, LeftOut, Solid, agreed_scale, che
 from blockstruct.imports.source import Imported, checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import EXACT, WELD
 from blockstruct.model import Material
-from blockstruct.model.checks import positive_length
+from blockstruct.model.fields import positive_length
 from blockstruct.structures.bond import divided_wall
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted

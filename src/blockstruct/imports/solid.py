@@ -21,7 +21,7 @@ from blockstruct.imports.source import Imported, ImportReport, Repair
 from blockstruct.imports.surface import closed_bodies, closed_surface, collapsed, compact, gathered, welded
 from blockstruct.imports.tolerances import FARTHEST, WELD
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import positive_length
+from blockstruct.model.fields import positive_length
 from blockstruct.model.fit import CLOSE, NEAR
 from blockstruct.units import QuantityLike, si, to_quantity
 from blockstruct.vocabulary import MOTIONS, counted, listed, shortened

@@ -18,7 +18,7 @@ from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.motion import without_rounding
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
-from blockstruct.statics import ContactPoints
+from blockstruct.statics.contacts import ContactPoints
 
 #: Incommensurable weights of the components of a key. Two different places practically never have equal keys.
 _WEIGHTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
@@ -162,12 +162,7 @@ class Mirror:
             A=sp.csc_array(without_rounding(sp.csr_array(T.T @ whole.A @ S), ROUNDING)),
             w_D=T.T @ whole.w_D,
             w_L=T.T @ whole.w_L,
-            friction=whole.friction[some_point],
-            dilatancy=whole.dilatancy[some_point],
-            cohesion=whole.cohesion[some_point],
-            tension=whole.tension[some_point],
-            compression=whole.compression[some_point],
-            compliance=whole.compliance[some_point],
+            **whole.joints_at(some_point),
             rectangles=corners[some_rectangle],
             capacity=whole.capacity[some_rectangle],
             wrench_unit=whole.wrench_unit[some_block] * (2.0 - is_single[some_block]),

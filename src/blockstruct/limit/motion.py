@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from blockstruct.arrays import ROUNDING, Array, Flags, Index
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.statics import Statics
+from blockstruct.statics.statics import Statics
 
 
 def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:

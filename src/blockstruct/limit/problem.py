@@ -1,7 +1,7 @@
 """Set up one limit case of a model in non-dimensional form."""
 
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,8 +12,13 @@ from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, RecordCase, SettlementCase
-from blockstruct.statics import ContactPoints, Statics, magnitude, wrenches
+from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.statics import Statics
+from blockstruct.statics.wrenches import magnitude, wrenches
 from blockstruct.vocabulary import Flow
+
+#: What each contact point resists.
+_OF_POINTS = ("friction", "dilatancy", "cohesion", "tension", "compression", "compliance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +264,10 @@ class LimitProblem:
         """Return whether each contact point (K,) acts on chosen blocks (F,)."""
         return np.asarray(self._touches[blocks].sum(axis=0))[: self.n_points] > 0
 
+    def joints_at(self, points: Flags) -> dict[str, Any]:
+        """Return what chosen contact points (K,) resist, by the names of the fields."""
+        return {name: getattr(self, name)[points] for name in _OF_POINTS}
+
     def part(self, blocks: Flags) -> Self:
         """Return the problem of chosen free blocks (F,).
 
@@ -278,12 +287,7 @@ class LimitProblem:
             A=sp.csc_array(self.A[rows][:, kept]),
             w_D=self.w_D[rows],
             w_L=self.w_L[rows],
-            friction=self.friction[points],
-            dilatancy=self.dilatancy[points],
-            cohesion=self.cohesion[points],
-            tension=self.tension[points],
-            compression=self.compression[points],
-            compliance=self.compliance[points],
+            **self.joints_at(points),
             rectangles=number[self.rectangles[rectangles]],
             capacity=self.capacity[rectangles],
             wrench_unit=self.wrench_unit[blocks],

@@ -7,7 +7,7 @@ import numpy as np
 
 from blockstruct.arrays import Array, Flags, Index
 from blockstruct.model import Model
-from blockstruct.statics import Placement
+from blockstruct.statics.moved import Placement
 
 #: A block has fallen once its centroid is lower by this share of the edge of a cube of its volume, or once it has
 #: turned by this angle, degrees.

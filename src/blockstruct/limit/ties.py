@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import Array, Flags
-from blockstruct.statics import TieTable
+from blockstruct.statics.ties import TieTable
 
 
 @dataclass(frozen=True, slots=True)

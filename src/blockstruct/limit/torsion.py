@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.arrays import ROUNDING, Array, Flags, Index
-from blockstruct.statics import ContactPoints
+from blockstruct.statics.contacts import ContactPoints
 
 #: Share of the gap, and of the way to the strength of each point, that a step of the division leaves.
 LEFT = 0.1

@@ -7,9 +7,8 @@
 96.0
 """
 
-from blockstruct.model.block import Block
+from blockstruct.model.block import Block, Interface
 from blockstruct.model.cases import Case, LimitCase, MovingCase, Point, Pushover, RecordCase, SettlementCase, has_curve
-from blockstruct.model.checks import check_unrepeated, checked_name, checked_text, checked_tuple
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
     Detection,
@@ -18,7 +17,7 @@ from blockstruct.model.detection_report import (
     FoundContact,
     lies_between,
 )
-from blockstruct.model.interface import Interface
+from blockstruct.model.fields import check_unrepeated, checked_name, checked_text, checked_tuple
 from blockstruct.model.loads import (
     LOAD_KINDS,
     AreaLoad,

@@ -11,11 +11,13 @@ from attrs import evolve, field, frozen
 from blockstruct.arrays import Array
 from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.files import MOST_READ
-from blockstruct.model.checks import AXES_BY_NAME, checked_direction, checked_tuple, unit_vector_along
 from blockstruct.model.fields import (
+    AXES_BY_NAME,
     ModelObject,
     Vector,
     changed,
+    checked_direction,
+    checked_tuple,
     has_name,
     instance_of,
     label,
@@ -27,6 +29,7 @@ from blockstruct.model.fields import (
     positive,
     steps,
     unit_vector,
+    unit_vector_along,
 )
 from blockstruct.model.loads import LoadPattern
 from blockstruct.model.model import Model

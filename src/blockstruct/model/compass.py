@@ -7,7 +7,7 @@ import numpy as np
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.cases import Case, LimitCase
-from blockstruct.model.checks import checked_count, checked_name
+from blockstruct.model.fields import checked_count, checked_name
 from blockstruct.model.loads import BodyForce, LoadPattern
 from blockstruct.units import si, si_array
 from blockstruct.vocabulary import Flow

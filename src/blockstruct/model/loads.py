@@ -10,12 +10,12 @@ from attrs import field, frozen
 from attrs.validators import optional
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import checked_tuple
 from blockstruct.model.fields import (
     LEFT_OUT,
     ModelObject,
     Vector,
     absent_value,
+    checked_tuple,
     dimensions,
     has_name,
     is_truth,

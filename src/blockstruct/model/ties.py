@@ -13,7 +13,6 @@ from blockstruct.arrays import NEGLIGIBLE, Array
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.triangles import stretches_inside
 from blockstruct.model.block import Block
-from blockstruct.model.checks import check_at_block
 from blockstruct.model.fields import (
     LEFT_OUT,
     Anchor,
@@ -21,6 +20,7 @@ from blockstruct.model.fields import (
     Vector,
     anchor,
     changed,
+    check_at_block,
     dimensions,
     has_name,
     is_anchor,

@@ -6,7 +6,8 @@ prescribes the work of the variable load. A record moves blocks with their mass:
 >>> import numpy as np
 >>> import blockstruct as bs
 >>> from blockstruct import Q_
->>> from blockstruct.statics import Statics
+>>> from blockstruct.motion.record import respond
+>>> from blockstruct.statics.statics import Statics
 >>> stone, dry = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.3)
 >>> ground = bs.Block.box("ground", Q_([-1, -1, -0.2], "m"), Q_([3, 3, 0.2], "m"), stone, fixed=True)
 >>> block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 0.5, 0.5], "m"), stone)
@@ -17,29 +18,3 @@ prescribes the work of the variable load. A record moves blocks with their mass:
 >>> print(f"{1e3 * last.displacement[1, 0]:.1f} mm")
 -117.7 mm
 """
-
-from blockstruct.motion.course import CERTIFIED, Course, recomputed
-from blockstruct.motion.curve import follow
-from blockstruct.motion.moving_problem import ControlPoint, MovedProblem, MovingProblem, check_moving_case
-from blockstruct.motion.record import check_record, kept_interval, respond, time_step
-from blockstruct.motion.state import CurveOutcome, MotionState, largest_displacement
-
-__all__ = [
-    # pushovers
-    "CERTIFIED",
-    "ControlPoint",
-    "Course",
-    "CurveOutcome",
-    "MotionState",
-    "MovedProblem",
-    "MovingProblem",
-    "check_moving_case",
-    "follow",
-    "largest_displacement",
-    "recomputed",
-    # records
-    "check_record",
-    "kept_interval",
-    "respond",
-    "time_step",
-]

@@ -16,12 +16,14 @@ from blockstruct.motion.nearest import nearest
 from blockstruct.motion.state import MotionState
 from blockstruct.solvers.splitting import LEAST
 from blockstruct.solvers.step import RECENT, UNBALANCED
-from blockstruct.statics import Crushed, MovedContacts, Placement
+from blockstruct.statics.moved import MovedContacts, Placement
+from blockstruct.statics.moving_cells import Crushed
 
 #: Distance, in mean block sizes, up to which a contact point continues an earlier one. Shortest reach of detection.
 SAME = 0.05
-#: Largest flow-rule gap of a certificate that holds, relative to the work of the step or of a recent step. It is also
-#: the largest interpenetration, relative to the fastest point, and the largest equilibrium residual and yield excess.
+#: Largest flow-rule gap of a certificate that holds, relative to the work of the step, and largest interpenetration,
+#: relative to the fastest point. A step shorter than recent ones may miss more, in proportion of its work. It is also
+#: the largest equilibrium residual and yield excess.
 CERTIFIED = UNBALANCED
 
 
@@ -136,7 +138,8 @@ class Course:
             first = 1.0
         # What drops is driven by the dead load.
         work = max(abs(alpha) + dissipation + kinetic, abs(float(problem.w_D @ u)), LEAST * abs(first))
-        within = max(c.equilibrium_residual, c.yield_excess, c.interpenetration) <= CERTIFIED
+        share = work * time / max([work * time, *self._works[-RECENT:]])
+        missed = share * max(c.interpenetration, c.flow_rule_gap / work)
         state = replace(
             found,
             displacement=self.problem.control.displacement(placement),
@@ -154,7 +157,7 @@ class Course:
             yield_excess=c.yield_excess,
             interpenetration=c.interpenetration,
             flow_rule_gap=c.flow_rule_gap,
-            holds=within and c.flow_rule_gap * time <= CERTIFIED * max([work * time, *self._works[-RECENT:]]),
+            holds=max(c.equilibrium_residual, c.yield_excess, missed) <= CERTIFIED,
             contact_points=len(moved.contacts.gap),
         )
         overlap = _overlap(moved, x)

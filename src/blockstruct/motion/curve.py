@@ -16,7 +16,7 @@ from blockstruct.motion.nearest import nearest
 from blockstruct.motion.pushover import PushoverPath, outcome_of
 from blockstruct.motion.settlement import SettlementPath
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState
-from blockstruct.statics import Placement
+from blockstruct.statics.moved import Placement
 from blockstruct.vocabulary import CurveEnd
 
 States = Generator[MotionState, None, CurveOutcome]

@@ -11,7 +11,8 @@ from blockstruct.model import STANDARD_GRAVITY as GRAVITY
 from blockstruct.motion.equations import Equations, System, turned
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
-from blockstruct.statics import Crushed, MovingStructure, Placement
+from blockstruct.statics.moved import MovingStructure, Placement
+from blockstruct.statics.moving_cells import Crushed
 
 #: Loads (B, 6) about the centres of mass in a step of a length, s.
 Loads = Callable[[float], Array]

@@ -9,7 +9,7 @@ import numpy as np
 from blockstruct.arrays import Array
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, Block, LoadPattern, Model
-from blockstruct.statics import carried_weights
+from blockstruct.statics.carried import carried_weights
 
 
 @dataclass(frozen=True, slots=True)

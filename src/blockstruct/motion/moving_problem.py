@@ -15,18 +15,10 @@ from blockstruct.limit.motion import block_motion, unit_of_velocity, velocities_
 from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
-from blockstruct.model.checks import check_at_block
-from blockstruct.model.fields import label
-from blockstruct.statics import (
-    Crushed,
-    MovedContacts,
-    MovingLoads,
-    MovingStructure,
-    Placement,
-    Statics,
-    equilibrium_matrix,
-    rotated,
-)
+from blockstruct.model.fields import check_at_block, label
+from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
+from blockstruct.statics.moving_cells import Crushed
+from blockstruct.statics.statics import Statics, equilibrium_matrix
 from blockstruct.vocabulary import Torsion, listed
 
 

@@ -20,7 +20,7 @@ from blockstruct.motion.course import SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import RECENT, StepProblem, StepSolution, solve_step
-from blockstruct.statics import Placement
+from blockstruct.statics.moved import Placement
 from blockstruct.vocabulary import CurveEnd
 
 #: Inertia in each step, which selects one of several motions: acceleration relative to gravity. It is about its share

@@ -14,7 +14,9 @@ from blockstruct.model.fields import label
 from blockstruct.motion.dynamics import SPLIT, ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.moving_problem import check_in_motion
-from blockstruct.statics import Crushed, MovingLoads, MovingStructure, Placement, Statics
+from blockstruct.statics.moved import MovingLoads, MovingStructure, Placement
+from blockstruct.statics.moving_cells import Crushed
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Reason
 
 #: Steps in the time √(r / g) of the smallest block, with r its radius of gyration. Contacts are found as far away as

@@ -13,7 +13,7 @@ from blockstruct.model import SettlementCase
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.pushover import GROWTH, SHORTER, SHORTEST, PushoverPath
 from blockstruct.motion.state import CurveOutcome, MotionState
-from blockstruct.statics import Placement
+from blockstruct.statics.moved import Placement
 from blockstruct.vocabulary import CurveEnd
 
 

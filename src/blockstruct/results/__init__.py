@@ -7,7 +7,7 @@ positive. Velocities belong to a variable load that does work at 1 W (``w_L·u =
 
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor, capacity_frame, history_frame
-from blockstruct.results.analysis import Analysis, stored_value
+from blockstruct.results.analysis import Analysis, Spread, stored_value
 from blockstruct.results.capacity import (
     block_rotations,
     capacity_of,
@@ -32,7 +32,6 @@ from blockstruct.results.interfaces import (
     utilisation,
 )
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
-from blockstruct.results.spread import Spread
 from blockstruct.results.ties import (
     breaking_words,
     broken_ties,
@@ -42,8 +41,9 @@ from blockstruct.results.ties import (
     ties_at_collapse,
 )
 from blockstruct.results.verification import contradictions, recomputed_certificate
-from blockstruct.statics import applied_loads
-from blockstruct.text import LOAD_FACTOR, pushed_masses
+from blockstruct.statics.wrenches import applied_loads
+from blockstruct.text.case import pushed_masses
+from blockstruct.text.numbers import LOAD_FACTOR
 
 __all__ = ["AdmissibleState", "Analysis", "CaseResult", "Comparison", "Headline", "HistoryAccessor", "MacroBlock"]
 __all__ += ["Spread", "compare", "compared_curves", "contradictions", "recomputed_certificate", "stored_value"]

@@ -12,11 +12,12 @@ from blockstruct.arrays import MOSTLY, Array, Flags
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase, tie_segments
-from blockstruct.motion import MotionState, largest_displacement
+from blockstruct.motion.state import MotionState, largest_displacement
 from blockstruct.results.ties import break_points
 from blockstruct.schema import Stated, dressed, stated
-from blockstruct.statics import Placement
-from blockstruct.text import EFFECT, doubtful_part, response_sentences
+from blockstruct.statics.moved import Placement
+from blockstruct.text.case import doubtful_part, response_sentences
+from blockstruct.text.note import EFFECT
 from blockstruct.vocabulary import AXES, CurveDoubt
 
 Arrays = Mapping[str, NDArray[Any]]

@@ -9,14 +9,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct import text as texts
 from blockstruct.arrays import Array, Flags
 from blockstruct.errors import ModelError, shown
 from blockstruct.limit import Certificate, LimitProblem, Outcome
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
-from blockstruct.motion import CurveOutcome
+from blockstruct.motion.state import CurveOutcome
 from blockstruct.notebook import html_table
 from blockstruct.results.capacity import DoubtfulPart, doubtful_parts, response_words
 from blockstruct.results.interfaces import (
@@ -32,8 +31,12 @@ from blockstruct.results.interfaces import (
 )
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
-from blockstruct.statics import Statics
-from blockstruct.text import LOAD_FACTOR, Answer, Note, NoteCode, Severity
+from blockstruct.statics.statics import Statics
+from blockstruct.text import case as case_text
+from blockstruct.text import mechanism as mechanism_text
+from blockstruct.text import note as note_text
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import LOAD_FACTOR, Answer
 from blockstruct.vocabulary import ContactState, Flow, Stage, Status, shortened
 
 
@@ -98,7 +101,7 @@ class Headline:
     @property
     def range(self) -> str:
         """Text of the range; empty without variants of the loading path."""
-        return texts.range_text(self.path_range, self.answer)
+        return case_text.range_text(self.path_range, self.answer)
 
     @property
     def bound(self) -> str:
@@ -110,7 +113,7 @@ class Headline:
 
     def text(self, digits: int = 4) -> str:
         """Return the sentence on the case, with a number of significant digits."""
-        return texts.sentence(
+        return case_text.sentence(
             self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
         )
 
@@ -148,19 +151,19 @@ def describe(
         (
             body.blocks,
             body.total / weight if weight > 0 else 0.0,
-            texts.motion_clause(body.translation, body.axis, body.centroid, body.speed),
+            mechanism_text.motion_clause(body.translation, body.axis, body.centroid, body.speed),
         )
         for body in moving
     ]
-    lines = [texts.NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
+    lines = [mechanism_text.NO_COLLAPSE_STATE] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
     share = sum(share for _, share, _ in parts)
-    lines.append(texts.moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
-    lines += texts.body_sentences(parts)
-    lines += [texts.joints_sentence(_FAILING[state], joints) for state, joints in main_joints(history).items()]
+    lines.append(mechanism_text.moving_sentence(moved, free, len(moving), share, carried=bool(carried)))
+    lines += mechanism_text.body_sentences(parts)
+    lines += [mechanism_text.joints_sentence(_FAILING[state], joints) for state, joints in main_joints(history).items()]
     if "tie" in history.sizes:
-        lines += shortened(tie_sentences(history), texts.more_ties)
+        lines += shortened(tie_sentences(history), mechanism_text.more_ties)
     on_path = (history["stage"] == Stage.LOADING_PATH.value).any()
-    lines.append(texts.STEPS_OF_PATH if on_path else texts.STEPS_OF_PROGRAMS)
+    lines.append(mechanism_text.STEPS_OF_PATH if on_path else mechanism_text.STEPS_OF_PROGRAMS)
     return "\n".join(lines)
 
 
@@ -170,14 +173,14 @@ def failures(history: xr.Dataset) -> str:
     The last iteration counts.
     """
     states = active_joints(history).head(3)["state"]
-    return texts.failure_clause(zip(states.index.astype(str), states, strict=True))
+    return mechanism_text.failure_clause(zip(states.index.astype(str), states, strict=True))
 
 
 def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
     """Return the joints that fail in each way in the last iteration, the most active first.
 
     Hinges are ranked by normal force times opening velocity, the others by dissipation. Joints below a share of the
-    largest, :data:`blockstruct.text.SMALL`, are left out.
+    largest, :data:`blockstruct.text.mechanism.SMALL`, are left out.
     """
     last = history.isel(iteration=-1)
     state = contact_state(last)
@@ -200,7 +203,9 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
         largest = ranked.max(initial=0.0)
         if largest > 0:
             order = np.argsort(-ranked, kind="stable")
-            joints[part] = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > texts.SMALL * largest]
+            joints[part] = [
+                str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > mechanism_text.SMALL * largest
+            ]
     return joints
 
 
@@ -391,12 +396,12 @@ class CaseResult:
     @property
     def ended(self) -> str:
         """Status of the case, and whether its load factor settled, in words."""
-        return texts.ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
+        return case_text.ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
 
     @property
     def message(self) -> str:
         """Why the case ended with its status, without a full stop."""
-        text = texts.why(self.outcome, self.answer, self.hung)
+        text = case_text.why(self.outcome, self.answer, self.hung)
         if self.status.is_of_dead_load and self.n_iterations:
             text += failures(self.history)
         return f"{text}; {self.damage}" if self.damage else text
@@ -509,7 +514,7 @@ class CaseResult:
         """How the curve ended, or why it is missing, as a clause; empty if it has not ended."""
         if self.curve_outcome is None or not has_curve(self.case):
             return ""
-        return texts.curve_end(self.curve_outcome, self.case)
+        return case_text.curve_end(self.curve_outcome, self.case)
 
     @property
     def missing_curve(self) -> str:
@@ -579,7 +584,7 @@ class CaseResult:
         if np.isposinf(bound):
             stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
             is_searched = bool(np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any())
-        return texts.caveats(self.outcome, self.answer, bound=bound, is_searched=is_searched, jammed=self.jammed)
+        return note_text.caveats(self.outcome, self.answer, bound=bound, is_searched=is_searched, jammed=self.jammed)
 
     @property
     def _cautions(self) -> list[Note]:
@@ -614,7 +619,7 @@ class CaseResult:
 
     def _effect(self, code: NoteCode, changed: float) -> Note | None:
         """Return the note on a changed load factor."""
-        return texts.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
+        return note_text.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
 
     def final_problem(self, statics: Statics) -> LimitProblem:
         """Return the limit problem of the last iteration: without crushing, if crushing raised the load factor."""
@@ -682,7 +687,7 @@ class CaseResult:
     def masses(self) -> str:
         """Sentences on the masses that a push or a record moves; empty for self-weight alone."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
-        return "" if plain else texts.pushed_masses(self.model, self.case)
+        return "" if plain else case_text.pushed_masses(self.model, self.case)
 
     @property
     def _moves(self) -> bool:
@@ -724,7 +729,7 @@ class CaseResult:
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
         if self.curve_ended:
-            moved = texts.capitalised(self.curve_ended)
+            moved = case_text.capitalised(self.curve_ended)
         return "\n".join(filter(None, (str(self), moved, *notes, motion)))
 
     def __repr__(self) -> str:

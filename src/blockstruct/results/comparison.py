@@ -14,7 +14,7 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import at_points
 from blockstruct.results.mechanism import motion_of
-from blockstruct.text import EFFECT
+from blockstruct.text.note import EFFECT
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
 

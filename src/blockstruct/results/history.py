@@ -13,7 +13,8 @@ from blockstruct.limit.certificate import CERTIFICATE_MEASURES
 from blockstruct.limit.motion import block_motion
 from blockstruct.model import Model
 from blockstruct.schema import dressed
-from blockstruct.statics import Division, Statics
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.statics import Statics
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
 

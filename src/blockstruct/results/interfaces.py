@@ -10,8 +10,11 @@ from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array, Flags, Index
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.history import division_of
-from blockstruct.statics import ContactPoints, TieTable, multiple_of_uniform_friction, torsion_levers, wrenches
-from blockstruct.text import EFFECT, Note, biaxial_note, cells_note, torsion_note
+from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.ties import TieTable
+from blockstruct.statics.uniform_friction import multiple_of_uniform_friction, torsion_levers
+from blockstruct.statics.wrenches import wrenches
+from blockstruct.text.note import EFFECT, Note, biaxial_note, cells_note, torsion_note
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, MOTIONS, ContactState, Stage, Torsion
 

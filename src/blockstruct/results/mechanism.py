@@ -12,7 +12,7 @@ from blockstruct.arrays import SLIGHT, Array, Index
 from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model, tie_segments
 from blockstruct.results.interfaces import AT_REST
-from blockstruct.statics import carried_weights
+from blockstruct.statics.carried import carried_weights
 from blockstruct.vocabulary import AXES
 
 #: Relative velocity at a joint below which its blocks move together, relative to the largest velocity of any joint.

@@ -8,7 +8,7 @@ from blockstruct.arrays import SLIGHT, Array
 from blockstruct.model import Model, tie_segments
 from blockstruct.results.interfaces import NO_FORCE, at_points
 from blockstruct.results.mechanism import largest_motion
-from blockstruct.text import breaking_clause, more_breaks, tie_sentence
+from blockstruct.text.mechanism import breaking_clause, more_breaks, tie_sentence
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import LISTED, TieState
 

@@ -15,13 +15,18 @@ from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import SettlementCase, has_curve
-from blockstruct.motion import MotionState, MovingProblem, largest_displacement, recomputed
+from blockstruct.motion.course import recomputed
+from blockstruct.motion.masses import Masses
+from blockstruct.motion.moving_problem import MovingProblem
+from blockstruct.motion.state import MotionState, largest_displacement
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.capacity import steps_of
+from blockstruct.results.capacity import block_rotations, fallen_blocks, steps_of
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
 from blockstruct.results.ties import DECIMALS, break_points
-from blockstruct.statics import Division, Placement, Statics
+from blockstruct.statics.contacts import Division
+from blockstruct.statics.moved import Placement
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Stage, Status, listed
 
 #: Stages under the dead load alone.
@@ -120,6 +125,7 @@ def confirm(analysis: Analysis) -> None:
 
 def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _status(result)
+    yield from _of_response(statics, result)
     if not result.n_iterations:
         return
     problem = LimitProblem.of(statics, result.case)
@@ -242,7 +248,9 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
         motion, stored = motion[known], stored[known]
         u = velocities_of(statics, problem, motion)
         v = (problem.A.T @ u.T).T.reshape(len(u), -1, 3) / problem.force_unit[:, None]
-        off = {"the relative velocities of iteration {} differ from the velocities of its blocks": _off(stored, v)}
+        text = "the relative velocities of iteration {} differ from the velocities of its blocks"
+        # Blocks that a support takes with it have relative velocities of rounding alone.
+        off = {text: _off(stored, v, NEGLIGIBLE * motion)}
         if len(ties):
             rates = ties.elongation(u.T).T / ties.force_unit
             found = rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
@@ -337,6 +345,37 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
                     f"{name} of tie {curve['tie'].to_numpy()[k]!r} of the capacity curve is {stored[k]:.6g} m, that of "
                     f"its model and elongations {expected[k]:.6g} m"
                 )
+
+
+def _of_response(statics: Statics, result: CaseResult) -> Iterator[str]:
+    """Compare a response to a record with its status, its masses and the balance of its energies."""
+    response, model = result.response, statics.model
+    if response is None:
+        return
+    fallen, time = fallen_blocks(model, response), response["time"].to_numpy()
+    if bool(fallen) != (result.status is Status.COLLAPSES):
+        yield f"{result.status.words}, but in the last state {listed(fallen) if fallen else 'no block'} has fallen"
+    if fallen and result.collapse_time != time[-1]:
+        yield f"the time of collapse is {result.collapse_time:.6g} s, that of the last state {time[-1]:.6g} s"
+    of_blocks = ("displacement", "velocity", "angular_velocity")
+    way, speed, spin = (response[name].transpose("time", "block", "axis").to_numpy() for name in of_blocks)
+    masses, own = Masses.of(model, result.case.dead, result.name), block_rotations(response)
+    spin = np.einsum("tbji,tbj->tbi", own, spin)
+    moving = np.einsum("b,tbi->t", masses.mass, speed**2) + np.einsum("tbi,bij,tbj->t", spin, masses.inertia, spin)
+    kinetic, dead, record, lost = (
+        response[name].to_numpy() for name in ("kinetic_energy", "dead_work", "record_work", "dissipated_energy")
+    )
+    scale = np.maximum.accumulate(np.abs([kinetic, dead, record, lost]).max(axis=0))
+    peak = response["peak_displacement"].transpose("time", "block").to_numpy()
+    reached = np.maximum.accumulate(np.linalg.norm(way, axis=2), axis=0)
+    checks = {
+        "the kinetic energy is not that of its velocities": np.abs(kinetic - moving / 2) > SLIGHT * scale,
+        "its energies do not balance": np.abs(kinetic + lost - dead - record) > SLIGHT * scale,
+        "a block is displaced by more than its peak": (reached > (1 + ROUNDING) * peak).any(axis=1),
+    }
+    for what, wrong in checks.items():
+        if wrong.any():
+            yield f"the response at {time[int(wrong.argmax())]:.6g} s: {what}"
 
 
 def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionState, names: list[str]) -> Iterator[str]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import BlockstructError, FormatError, StorageError, shown
 from blockstruct.files import MOST_READ, unreadable
 from blockstruct.model import JOINT_PROPERTIES
-from blockstruct.motion import CurveOutcome
+from blockstruct.motion.state import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.analysis import plain_value
 from blockstruct.results.comparison import APART, relative_difference

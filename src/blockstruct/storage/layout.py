@@ -41,7 +41,7 @@ from blockstruct.model import (
     tie_kind_of,
 )
 from blockstruct.model.fields import dimensions
-from blockstruct.motion import CurveOutcome
+from blockstruct.motion.state import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.schema import dressed, stated

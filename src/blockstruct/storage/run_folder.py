@@ -31,7 +31,7 @@ from blockstruct.errors import BusyError, FormatError, StorageError, shown
 from blockstruct.files import MOST_READ, open_file, read_file, writing
 from blockstruct.limit import Outcome
 from blockstruct.model import RecordCase
-from blockstruct.motion import CurveOutcome
+from blockstruct.motion.state import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import capacity_of, response_of

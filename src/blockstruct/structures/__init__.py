@@ -8,13 +8,11 @@
 6
 """
 
-from blockstruct.structures.column import column, stack, tilted
-from blockstruct.structures.courses import courses
+from blockstruct.structures.courses import column, courses, stack, tilted
 from blockstruct.structures.openings import Opening, RoundOpening
 from blockstruct.structures.rubble import Rubble
-from blockstruct.structures.sides import Buttress, Sidewall
 from blockstruct.structures.vaults import arch, arch_on_piers, barrel_vault, cross_vault, dome
-from blockstruct.structures.wall import pier_spandrel, room, wall
+from blockstruct.structures.wall import Buttress, Sidewall, pier_spandrel, room, wall
 
 __all__ = ["courses", "wall", "room", "pier_spandrel", "Opening", "RoundOpening", "Rubble", "Buttress", "Sidewall"]
 __all__ += ["arch", "arch_on_piers", "barrel_vault", "cross_vault", "dome", "column", "stack", "tilted"]

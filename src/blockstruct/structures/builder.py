@@ -11,7 +11,7 @@ from blockstruct.arrays import Array
 from blockstruct.errors import ModelError, shown
 from blockstruct.geometry.polyhedron import Loops, lofted, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.fields import checked_count, positive_length
 from blockstruct.units import QuantityLike
 
 #: Metadata of a length.

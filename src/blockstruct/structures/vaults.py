@@ -10,7 +10,7 @@ from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import ModelError
 from blockstruct.geometry.polyhedron import BOX_FACES
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import check_total, checked_count
+from blockstruct.model.fields import check_total, checked_count
 from blockstruct.structures.builder import block, builder, lengths, prism, prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 

@@ -18,7 +18,7 @@ from blockstruct.analysis.plan import runs_of
 from blockstruct.errors import BlockstructError, LoadFactorWarning, StorageError, StudyWarning, shown
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import checked_tuple
-from blockstruct.model.checks import checked_count
+from blockstruct.model.fields import checked_count
 from blockstruct.notebook import is_terminal
 from blockstruct.results.analysis import Analysis, plain_value
 from blockstruct.storage import Archive, planned_analysis

@@ -346,8 +346,9 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
     xarray.Dataset
         Over the parameter: ``records``, the number of records that the structure stands or collapses under;
         ``collapses``, the number of the latter; ``share``; ``low`` and ``high``, its interval; and over ``fractile``
-        ``peak_displacement``, m, in which a collapse counts as an infinite displacement. Runs that failed or are
-        undecided do not count.
+        ``peak_displacement``, m, in which a collapse counts as an infinite displacement. ``undecided`` is the number
+        of records without an answer. The interval is as wide as if they could end either way; nothing else counts
+        them.
 
     Raises
     ------
@@ -375,14 +376,16 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
     if not counts.any():
         msg = "fragility: no case of the study is a record with an answer; give a study of RecordCase"
         raise ModelError(msg)
-    n, k = counts.sum(axis=1), falls.sum(axis=1)
-    low, high = _exact_interval(k, n, confidence)
+    unknown = (counts | (status == Status.UNDECIDED)).any(axis=0) & ~counts
+    n, k, u = (of_record.sum(axis=1) for of_record in (counts, falls, unknown))
+    low, high = (_exact_interval(ends, n + u, confidence)[side] for side, ends in enumerate((k, k + u)))
     variables = {
         "records": (over, n, _NONE | {"long_name": "records with an answer"}),
         "collapses": (over, k, _NONE | {"long_name": "records under which the structure collapses"}),
         "share": (over, k / np.where(n > 0, n, np.nan), _NONE | {"long_name": "share of collapses"}),
-        "low": (over, np.where(n > 0, low, 0.0), _NONE | {"long_name": f"low end of the {confidence:.0%} interval"}),
-        "high": (over, np.where(n > 0, high, 1.0), _NONE | {"long_name": f"high end of the {confidence:.0%} interval"}),
+        "low": (over, low, _NONE | {"long_name": f"low end of the {confidence:.0%} interval"}),
+        "high": (over, high, _NONE | {"long_name": f"high end of the {confidence:.0%} interval"}),
+        "undecided": (over, u, _NONE | {"long_name": "records without an answer"}),
     }
     summary = xr.Dataset(variables, coords={over: data[over], "fractile": list(FRACTILES)})
     if "peak_displacement" in data:

@@ -16,8 +16,9 @@ from blockstruct.model import (
     SettlementCase,
     kind_of,
 )
-from blockstruct.motion import CurveOutcome
-from blockstruct.statics import applied_loads, carried_weights
+from blockstruct.motion.state import CurveOutcome
+from blockstruct.statics.carried import carried_weights
+from blockstruct.statics.wrenches import applied_loads
 from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
 from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
@@ -153,7 +154,7 @@ def sentence(
     Examples
     --------
     >>> from blockstruct.limit import Outcome
-    >>> from blockstruct.text import LOAD_FACTOR
+    >>> from blockstruct.text.numbers import LOAD_FACTOR
     >>> from blockstruct.vocabulary import Procedure, Reason, Status
     >>> found = Outcome(Status.CONVERGED, 0.5509, Reason.CERTIFIED, Procedure.LOADING_PATH, settled=True)
     >>> sentence(found, LOAD_FACTOR, bound=0.7498)

@@ -42,6 +42,9 @@ def no_number(case: str, status: Status, answer: Answer, *, cases: int, checks: 
     cases, checks
         Number of cases, and of checks of other cases.
     """
+    if status is Status.STANDS:
+        among = f"“{case}”" if cases == 1 else f"all of {cases} cases"
+        return f"The structure stands in {among}. The response to a record has no load factor."
     worst = "" if cases == 1 else f", the worst of {cases} cases"
     text = f"There is no {answer.name} to rely on: “{case}” {status.predicate}{worst}."
     if not checks:

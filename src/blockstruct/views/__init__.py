@@ -1,10 +1,11 @@
 """Tables, figures, pages and reports. This room uses the public API, and nothing in the core imports it.
 
-Tables and texts for the console are here; :mod:`~blockstruct.views.figures`, :mod:`~blockstruct.views.page`,
-:mod:`~blockstruct.views.paraview` (extra ``viz``) and :mod:`~blockstruct.views.report` (extra ``report``) are imported
-by their own names.
+Tables and texts for a terminal are in :mod:`~blockstruct.views.console`. :mod:`~blockstruct.views.figures`,
+:mod:`~blockstruct.views.page` and :mod:`~blockstruct.views.paraview` need the extra ``viz``,
+:mod:`~blockstruct.views.report` needs the extra ``report``.
 
 >>> import blockstruct as bs
+>>> from blockstruct.views.console import result_text
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
 >>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", thickness="1 m", material=tuff)
 >>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry))
@@ -14,21 +15,3 @@ by their own names.
 >>> print(result_text(analysis["rocking"]).plain.splitlines()[3])
   collapses at load factor 0.5 with associative flow (certified; a bound of every other flow rule)
 """
-
-from blockstruct.views.console import (
-    analysis_summary,
-    archive_table,
-    directions_text,
-    following,
-    iteration_table,
-    model_text,
-    parameter_texts,
-    result_text,
-    study_following,
-    study_summary,
-    study_table,
-    summary_table,
-)
-
-__all__ = ["analysis_summary", "archive_table", "directions_text", "following", "iteration_table", "model_text"]
-__all__ += ["parameter_texts", "result_text", "study_following", "study_summary", "study_table", "summary_table"]

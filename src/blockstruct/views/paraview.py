@@ -5,7 +5,7 @@ draws the forces.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.arrays import Array
 from blockstruct.files import writing
-from blockstruct.views.export.motion import pushover_motion, response_motion
+from blockstruct.views.export.motion import Motion, pushover_motion, response_motion
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, contact_forces, given_result
 from blockstruct.views.solids import Patches, Solids, TieLines, triangles
@@ -34,6 +34,13 @@ _PIECE = re.compile(
 
 #: Names of displaced pieces in ParaView.
 _ARRAYS = {"pushover": "blocks", "pushed-ties": "ties", "response": "blocks", "response-ties": "ties"}
+#: Figures of a displaced state in its field data.
+_GROUND = "ground acceleration [meter / second ** 2]"
+_OF_CURVE = {
+    "load factor [dimensionless]": "load_factor",
+    "displacement of the control point [meter]": "displacement",
+    "reaction [newton]": "reaction",
+}
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
@@ -128,12 +135,19 @@ class _Still:
 
     def states(self, result: bs.CaseResult) -> Iterator[tuple[bool, int, str, dict[str, "pv.PolyData"]]]:
         """Return the pieces of each state with its number and time, and whether it is of the pushover."""
-        if result.response is None:
+        response, curve = result.response, result.capacity
+        if response is None:
             yield from ((False, i, str(i), self.pieces(result, i)) for i in range(result.n_iterations))
-        for k, (time, pieces) in enumerate(self.responding(result)):
-            yield False, k, f"{time:.9g}", pieces
-        for k, pieces in enumerate(self.pushed(result)):
-            yield True, k, str(k), pieces
+        else:
+            motion = response_motion(response, self.solids.centroids)
+            figures = {"time [second]": response["time"], _GROUND: response["ground_acceleration"]}
+            for k, pieces in enumerate(self.moved(result, response, motion, ("response", "response-ties"), figures)):
+                yield False, k, f"{motion.time[k]:.9g}", pieces
+        if curve is not None:
+            figures = {label: curve[name] for label, name in _OF_CURVE.items() if name in curve}
+            kinds = ("pushover", "pushed-ties")
+            for k, pieces in enumerate(self.moved(result, curve, pushover_motion(result), kinds, figures)):
+                yield True, k, str(k), pieces
 
     def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:
         """Return blocks, interfaces, contact forces and resultants of an iteration."""
@@ -171,51 +185,30 @@ class _Still:
             piece.field_data[label] = [float(number.to_numpy()[0])]
         return pieces
 
-    def pushed(self, result: bs.CaseResult) -> Iterator[dict[str, "pv.PolyData"]]:
-        """Return the displaced blocks and ties of each step of a pushover."""
-        curve = result.capacity
-        if curve is None:
-            return
-        ties = "tie_force" in curve
-        states = bs.results.pushed_tie_state(result.model, curve).to_numpy() if ties else np.empty(0)
-        motion = pushover_motion(result)
-        values = {"load factor [dimensionless]": curve["load_factor"]}
-        values |= {"displacement of the control point [meter]": curve["displacement"]}
-        values |= {"reaction [newton]": curve["reaction"]} if "reaction" in curve else {}
-        for k in range(curve.sizes["step"]):
+    def moved(
+        self,
+        result: bs.CaseResult,
+        states: xr.Dataset,
+        motion: Motion,
+        kinds: tuple[str, str],
+        figures: Mapping[str, xr.DataArray],
+    ) -> Iterator[dict[str, "pv.PolyData"]]:
+        """Return the displaced blocks and ties of each state of a curve or a response, with some of its figures."""
+        has_ties = "tie_force" in states
+        of_ties = bs.results.pushed_tie_state(result.model, states).to_numpy() if has_ties else np.empty(0)
+        along = "step" if "step" in states.dims else "time"
+        for k in range(len(motion.time)):
             blocks = self.blocks.copy()
-            moved = motion.points(self.solids, k)
-            blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
-            blocks.points = moved
-            pieces = {"pushover": blocks}
-            if ties:
-                ends = motion.moved(self.ties.ends, self.ties.blocks, self.solids.centroids, k)
-                pieces["pushed-ties"] = self._moved_ties(ends, curve.isel(step=k), states[k])
-            for piece in pieces.values():
-                for label, of_steps in values.items():
-                    piece.field_data[label] = [float(of_steps[k])]
-            yield pieces
-
-    def responding(self, result: bs.CaseResult) -> Iterator[tuple[float, dict[str, "pv.PolyData"]]]:
-        """Return the time, s, and the displaced blocks and ties of each state of the response to a record."""
-        response = result.response
-        if response is None:
-            return
-        ties = "tie_force" in response
-        states = bs.results.pushed_tie_state(result.model, response).to_numpy() if ties else np.empty(0)
-        motion = response_motion(response, self.solids.centroids)
-        for k, time in enumerate(response["time"].to_numpy().tolist()):
-            blocks, at = self.blocks.copy(), response.isel(time=k)
             blocks.points = moved = motion.points(self.solids, k)
             blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
-            pieces = {"response": blocks}
-            if ties:
+            pieces = {kinds[0]: blocks}
+            if has_ties:
                 ends = motion.moved(self.ties.ends, self.ties.blocks, self.solids.centroids, k)
-                pieces["response-ties"] = self._moved_ties(ends, at, states[k])
+                pieces[kinds[1]] = self._moved_ties(ends, states.isel({along: k}), of_ties[k])
             for piece in pieces.values():
-                piece.field_data["time [second]"] = [time]
-                piece.field_data["ground acceleration [meter / second ** 2]"] = at["ground_acceleration"].to_numpy()
-            yield time, pieces
+                for label, values in figures.items():
+                    piece.field_data[label] = np.atleast_1d(values[k])
+            yield pieces
 
     def _moved_ties(self, ends: Array, at: xr.Dataset, states: NDArray[np.object_]) -> "pv.PolyData":
         """Return ties between moved ends (M, 2, 3), with their forces and elongations in a state."""

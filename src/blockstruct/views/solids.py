@@ -11,7 +11,7 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
 from blockstruct.geometry.triangles import triangulated
-from blockstruct.text import SMALL
+from blockstruct.text.mechanism import SMALL
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 
 import blockstruct as bs
-from blockstruct import text
+from blockstruct.text import case as case_text
+from blockstruct.text.mechanism import crushed_joints, holding_ties, roller_sentences
 from blockstruct.vocabulary import FEW, MOTIONS, listed
 
 #: Statuses whose history may hold an admissible state.
@@ -14,7 +15,7 @@ _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
 def status_words(result: bs.CaseResult) -> str:
     """Return the sentence on how a case ended: its number, how it was found, and its limits."""
-    return text.capitalised(str(result.headline))
+    return case_text.capitalised(str(result.headline))
 
 
 def range_words(result: bs.CaseResult) -> str:
@@ -22,7 +23,7 @@ def range_words(result: bs.CaseResult) -> str:
     if not isinstance(result.case, bs.SettlementCase) or not result.n_iterations:
         return ""
     least, largest = (float(end) for end in result.reaction_range.magnitude)
-    return text.statics_range(least, largest, result.answer)
+    return case_text.statics_range(least, largest, result.answer)
 
 
 def warning_words(result: bs.CaseResult) -> str:
@@ -33,7 +34,7 @@ def warning_words(result: bs.CaseResult) -> str:
 def spread_words(spread: bs.results.Spread) -> str:
     """Return the sentence on the load factors of the settled schedules of a spread."""
     settled = [r.load_factor for r in spread.runs.values() if r.settled]
-    return text.settled_schedules(settled, len(spread.runs), spread.headline.answer)
+    return case_text.settled_schedules(settled, len(spread.runs), spread.headline.answer)
 
 
 def admissible_words(result: bs.CaseResult) -> str:
@@ -42,7 +43,9 @@ def admissible_words(result: bs.CaseResult) -> str:
     if state is None:
         return ""
     gap, is_associative = state.certificate.flow_rule_gap, result.case.flow is bs.Flow.ASSOCIATIVE
-    return text.admissible_state(state.load_factor, gap, state.iteration, result.answer, is_associative=is_associative)
+    return case_text.admissible_state(
+        state.load_factor, gap, state.iteration, result.answer, is_associative=is_associative
+    )
 
 
 def tie_words(result: bs.CaseResult) -> list[str]:
@@ -60,7 +63,7 @@ def roller_words(result: bs.CaseResult) -> list[str]:
     values = np.hstack([reactions["force"].to_numpy(), reactions["moment"].to_numpy()])
     if not np.isfinite(values).all():
         return []
-    return text.roller_sentences(
+    return roller_sentences(
         {
             b.name: {m: v for m, v in zip(MOTIONS, row, strict=True) if m in b.held}
             for b, row in zip(rollers, values, strict=True)
@@ -72,7 +75,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     """Return the sentences on the states beyond collapse: their number, end, ties, or why there is no curve."""
     curve, case = result.capacity, result.case
     if curve is None or not bs.model.has_curve(case):
-        return [text.no_curve(result.missing_curve)] if result.missing_curve else []
+        return [case_text.no_curve(result.missing_curve)] if result.missing_curve else []
     if isinstance(case, bs.Pushover):
         point, direction = f"the control point on {case.control[0]}", case.control[1]
     else:
@@ -81,14 +84,14 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
     clauses += map(str, result.curve_doubts)
-    sentences = [text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
-    sentences += [text.capitalised(clause) for clause in clauses if clause]
+    sentences = [case_text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
+    sentences += [case_text.capitalised(clause) for clause in clauses if clause]
     if "largest_crushed_depth" in curve:
-        sentences += text.crushed_joints(float(curve["largest_crushed_depth"].max()))
+        sentences += crushed_joints(float(curve["largest_crushed_depth"].max()))
     if "tie_force" in curve:
         held = curve.isel(tie=np.isnan(curve["tie_break_displacement"].to_numpy()))
         most = (held[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
-        sentences += text.holding_ties(list(zip(held["tie"].to_numpy(), *most, strict=True)))
+        sentences += holding_ties(list(zip(held["tie"].to_numpy(), *most, strict=True)))
     return sentences
 
 
@@ -113,4 +116,6 @@ def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:
 
 def certificate_words(result: bs.CaseResult) -> str:
     """Return the sentence on the certificate of a result, with its measures."""
-    return text.certificate_sentence(result.certificate, result.status, result.answer, has_ties=bool(result.model.ties))
+    return case_text.certificate_sentence(
+        result.certificate, result.status, result.answer, has_ties=bool(result.model.ties)
+    )

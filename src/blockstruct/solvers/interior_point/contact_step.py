@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import ROUNDING, Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.limit import ConicProgram
 from blockstruct.limit.friction import Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions, Weights
@@ -357,8 +357,16 @@ class ContactProblem:
         held = np.zeros_like(self.compliance)
         held[: 3 * self.problem.n_points] = 1 / self.compliance[: 3 * self.problem.n_points]
         stiffness = sp.csc_matrix(self.A @ sp.diags_array(held) @ self.AT + self.at_rest)
+        w_L = self.problem.w_L
+        if self.problem.settlement is not None:
+            # Supports that carry all take the structure with them, without elastic forces.
+            alone = stiffness[-1, -1]
+            stiffness[-1, -1] *= 1 + ROUNDING
         elastic = sp.linalg.splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
-        return float(self.problem.w_L @ elastic.solve(self.problem.w_L))
+        displacement = float(w_L @ elastic.solve(w_L))
+        if self.problem.settlement is not None and displacement * alone * NEGLIGIBLE > w_L[-1] ** 2:
+            return float(w_L[-1] ** 2 / alone)
+        return displacement
 
     def solve(self, step: Step, guess: ContactState, *, centre: bool, tolerance: float) -> ContactSolution:
         """Solve a step.

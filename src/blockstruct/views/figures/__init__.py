@@ -32,10 +32,8 @@ from blockstruct.views.figures.diagrams import (
     response,
     verification,
 )
-from blockstruct.views.figures.forces import forces, loads
-from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import drawings, overview, write_figures
-from blockstruct.views.figures.structure import dimensions, structure
+from blockstruct.views.figures.structure import dimensions, forces, loads, mechanism, structure
 from blockstruct.views.figures.studies import compass, curve, distribution, fragility, tornado
 
 __all__ = ["dimensions", "forces", "loads", "mechanism", "structure"]

@@ -50,81 +50,6 @@ class Lines:
     dashes: list[Any]
 
 
-def bodies(
-    model: bs.Model,
-    solids: Solids,
-    vertices: Array,
-    basis: Array,
-    fill: npt.ArrayLike,
-    edge: tuple[str, float],
-    lines: Lines | None = None,
-    **style: Any,
-) -> PathCollection:
-    """Return the faces of all blocks that face the reader, and the lines on them.
-
-    Blocks are drawn in turn. Of two in contact, the one on the reader's side of their joint is in front; of others,
-    the nearer one.
-
-    Parameters
-    ----------
-    model, solids
-        The blocks and their faces.
-    vertices : (V, 3) array
-        Positions of their vertices, m.
-    basis : (3, 3) array
-        Unit vectors to the right, up and toward the reader.
-    fill
-        Colour of each block.
-    edge
-        Colour and width of the edges of faces.
-    lines
-        Lines on the faces, of blocks that are not displaced.
-    """
-    seen = vertices @ basis.T
-    corners = [seen[loop] for loop in solids.loops]
-    counts = np.array([len(c) for c in corners])
-    starts = np.cumsum([0, *counts[:-1]])
-    points = np.concatenate(corners)
-    following = next_corners(starts, counts)
-    away = points - np.repeat(points[starts], counts, axis=0)
-    normals = np.add.reduceat(np.cross(away, away[following]), starts)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
-    front = normals[:, 2] > NEGLIGIBLE
-
-    light = _AMBIENT + (1 - _AMBIENT) * np.clip(normals @ _LIGHT / _LIGHT[2], 0, 1.1)
-    colour = to_rgba_array(fill)[solids.block_of_face]
-    colour[:, :3] = np.clip(colour[:, :3] * light[:, None], 0, 1)
-
-    rank = _ranks(model, solids, seen, basis)
-    depth = np.add.reduceat(points[:, 2], starts) / counts
-    shown = np.flatnonzero(front)
-    paths = [Path(np.vstack([corners[k], corners[k][:1]])[:, :2], closed=True) for k in shown]
-    # Faces of rank r come first, then the lines after all faces of that rank.
-    ranks, depths = rank[solids.block_of_face[shown]].astype(float), depth[shown]
-    colours, edges = colour[shown], np.repeat(to_rgba_array(edge[0]), len(shown), axis=0)
-    widths, dashes = np.full(len(shown), edge[1]), ["-"] * len(shown)
-    if lines is not None:
-        key = _line_ranks(model, solids, lines, rank, front)
-        drawn = np.flatnonzero(key >= 0)
-        paths += [Path(p) for p in (lines.ends[drawn] @ basis.T)[..., :2]]
-        ranks, depths = np.concatenate([ranks, key[drawn] + 0.5]), np.concatenate([depths, np.zeros(len(drawn))])
-        colours = np.concatenate([colours, np.zeros((len(drawn), 4))])
-        edges = np.concatenate([edges, lines.colours[drawn]])
-        widths = np.append(widths, np.full(len(drawn), LINE))
-        dashes += [lines.dashes[k] for k in drawn]
-    order = np.lexsort((depths, ranks))
-    return PathCollection(
-        [paths[k] for k in order],
-        facecolors=colours[order],
-        edgecolors=edges[order],
-        linewidths=widths[order],
-        linestyles=[dashes[k] for k in order],
-        capstyle="butt",
-        joinstyle="round",
-        **style,
-    )
-
-
 def _normals(model: bs.Model) -> Array:
     """Return the normals (I, 3) of the interfaces, from the minus to the plus block."""
     return np.array([i.normal for i in model.interfaces], dtype=float).reshape(-1, 3)
@@ -185,10 +110,12 @@ _SHAFT, _SHORTEST = 0.05, 0.3
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """Axes with the view that they show. Later drawings cover earlier ones, and texts cover drawings."""
+    """Axes with the structure and the view that they show. Later drawings cover earlier ones; texts cover drawings."""
 
     ax: Any
     view: View
+    model: bs.Model
+    solids: Solids
 
     @classmethod
     def of(cls, shown: bs.Model | bs.CaseResult, ax: Axes | None, look: Any) -> "Canvas":
@@ -205,28 +132,78 @@ class Canvas:
         if ax.name != "rectilinear":
             msg = f"figure: Axes of projection {ax.name!r}; give plain Axes, space is projected on them"
             raise bs.errors.ModelError(msg)
-        return cls(ax, view)
+        model = shown if isinstance(shown, bs.Model) else shown.model
+        return cls(ax, view, model, Solids.of(model))
 
     def bodies(
-        self,
-        model: bs.Model,
-        solids: Solids,
-        vertices: Array,
-        fill: npt.ArrayLike,
-        lines: Lines | None = None,
-        *,
-        edge: tuple[str, float] = (EDGE, 0.4),
-    ) -> None:
-        """Draw all blocks from back to front, with lines on their faces."""
-        self.add(bodies(model, solids, vertices, self.view.basis, fill, edge, lines))
+        self, vertices: Array, fill: npt.ArrayLike, lines: Lines | None = None, *, edge: tuple[str, float] = (EDGE, 0.4)
+    ) -> Any:
+        """Draw the faces of all blocks that face the reader, and the lines on them; return the collection.
 
-    def ghost(self, model: bs.Model, solids: Solids) -> None:
+        Blocks are drawn in turn. Of two in contact, the one on the reader's side of their joint is in front; of others,
+        the nearer one.
+
+        Parameters
+        ----------
+        vertices : (V, 3) array
+            Positions of their vertices, m.
+        fill
+            Colour of each block.
+        lines
+            Lines on the faces, of blocks that are not displaced.
+        edge
+            Colour and width of the edges of faces.
+        """
+        solids, basis = self.solids, self.view.basis
+        seen = vertices @ basis.T
+        corners = [seen[loop] for loop in solids.loops]
+        counts = np.array([len(c) for c in corners])
+        starts = np.cumsum([0, *counts[:-1]])
+        points = np.concatenate(corners)
+        following = next_corners(starts, counts)
+        away = points - np.repeat(points[starts], counts, axis=0)
+        normals = np.add.reduceat(np.cross(away, away[following]), starts)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
+        front = normals[:, 2] > NEGLIGIBLE
+
+        light = _AMBIENT + (1 - _AMBIENT) * np.clip(normals @ _LIGHT / _LIGHT[2], 0, 1.1)
+        colour = to_rgba_array(fill)[solids.block_of_face]
+        colour[:, :3] = np.clip(colour[:, :3] * light[:, None], 0, 1)
+
+        rank = _ranks(self.model, solids, seen, basis)
+        depth = np.add.reduceat(points[:, 2], starts) / counts
+        shown = np.flatnonzero(front)
+        paths = [Path(np.vstack([corners[k], corners[k][:1]])[:, :2], closed=True) for k in shown]
+        # Faces of rank r come first, then the lines after all faces of that rank.
+        ranks, depths = rank[solids.block_of_face[shown]].astype(float), depth[shown]
+        colours, edges = colour[shown], np.repeat(to_rgba_array(edge[0]), len(shown), axis=0)
+        widths, dashes = np.full(len(shown), edge[1]), ["-"] * len(shown)
+        if lines is not None:
+            key = _line_ranks(self.model, solids, lines, rank, front)
+            drawn = np.flatnonzero(key >= 0)
+            paths += [Path(p) for p in (lines.ends[drawn] @ basis.T)[..., :2]]
+            ranks, depths = np.concatenate([ranks, key[drawn] + 0.5]), np.concatenate([depths, np.zeros(len(drawn))])
+            colours = np.concatenate([colours, np.zeros((len(drawn), 4))])
+            edges = np.concatenate([edges, lines.colours[drawn]])
+            widths = np.append(widths, np.full(len(drawn), LINE))
+            dashes += [lines.dashes[k] for k in drawn]
+        order = np.lexsort((depths, ranks))
+        faces = PathCollection(
+            [paths[k] for k in order],
+            facecolors=colours[order],
+            edgecolors=edges[order],
+            linewidths=widths[order],
+            linestyles=[dashes[k] for k in order],
+            capstyle="butt",
+            joinstyle="round",
+        )
+        return self.add(faces)
+
+    def ghost(self) -> None:
         """Draw the faint outline of the blocks at rest under everything, in elevations only."""
         if self.view.flat:
-            edge = (GHOST, 0.6)
-            still = bodies(model, solids, solids.vertices, self.view.basis, ["white"] * len(model.blocks), edge)
+            still = self.bodies(self.solids.vertices, ["white"] * len(self.model.blocks), edge=(GHOST, 0.6))
             still.set(facecolors="none")
-            self.add(still)
 
     def arrows(self, tails: Array, vectors: Array, colour: str) -> None:
         """Draw arrows (n, 3), m. The longer an arrow, the wider its shaft."""
@@ -247,10 +224,9 @@ class Canvas:
         factor
             Amplitude of its mechanism, m.
         """
-        model = shown if isinstance(shown, bs.Model) else shown.model
-        if not model.ties:
+        if not self.model.ties:
             return {}
-        lines, states = TieLines.of(model), None
+        lines, states = TieLines.of(self.model), None
         ends = lines.ends
         if not isinstance(shown, bs.Model):
             states = bs.ties.tie_state(shown.history.isel(iteration=[iteration])).to_numpy()[0].tolist()

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
 from blockstruct.arrays import ROUNDING, Array
-from blockstruct.text import EFFECT
+from blockstruct.text.note import EFFECT
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result

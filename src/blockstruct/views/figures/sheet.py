@@ -14,9 +14,7 @@ from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct.views.figures.diagrams import capacity, certificate, convergence, crushing_domain, response
-from blockstruct.views.figures.forces import forces, loads
-from blockstruct.views.figures.mechanism import mechanism
-from blockstruct.views.figures.structure import structure
+from blockstruct.views.figures.structure import forces, loads, mechanism, structure
 from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import made_folder, write_bytes
 from blockstruct.views.selection import compasses, shown_results

@@ -1,21 +1,46 @@
-"""The structure, with joints coloured by state or utilisation, or with its overall dimensions."""
+"""Pictures of a structure: its blocks and states, its dimensions, mechanism, forces and loads."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
-from blockstruct.text import SMALL
-from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones
-from blockstruct.views.selection import application_points, chosen_iteration, given_result
-from blockstruct.views.solids import Solids, View
-from blockstruct.views.style import ACCENT, FORCE, LINE, STATE_COLOURS, UTILISATION, parts
+from blockstruct.text.mechanism import SMALL
+from blockstruct.units import readable, si
+from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones, verbatim
+from blockstruct.views.selection import (
+    application_points,
+    chosen_iteration,
+    contact_forces,
+    given_result,
+    moving_bodies,
+)
+from blockstruct.views.solids import Solids, TieLines, View, block_pairs, driving, load_arrows, push, round_value
+from blockstruct.views.style import (
+    ACCENT,
+    AMPLITUDE,
+    ARROW,
+    BODY_COLOURS,
+    DISPLACEMENT,
+    EDGE,
+    FORCE,
+    LINE,
+    PALE_EDGE,
+    PALE_STONE,
+    STATE_COLOURS,
+    SUPPORT,
+    TIE,
+    UTILISATION,
+    parts,
+)
 
 #: Length of a dash, in widths of its line.
 _DASH = 2.5
@@ -76,10 +101,9 @@ def structure(
         lines, handles = draw(result, index)
         model = result.model
     canvas = Canvas.of(shown, ax, look)
-    solids = Solids.of(model)
-    canvas.bodies(model, solids, solids.vertices, stones(model), lines)
+    canvas.bodies(canvas.solids.vertices, stones(model), lines)
     handles |= canvas.ties(shown, index)
-    canvas.frame(solids.vertices)
+    canvas.frame(canvas.solids.vertices)
     if colour == "sliding" and lines is not None:
         canvas.scale(ScalarMappable(Normalize(0, 1), _sliding_scale()), "utilisation of sliding [-]", extend="max")
     legend_above(canvas.ax, list(handles.values()), list(handles))
@@ -218,3 +242,299 @@ def dimensions(model: bs.Model, *, look: Any = None, ax: Axes | None = None) -> 
             limits[1] = max(limits[1], ends[:, k].max() + margin * size * (axis == 2 and k == 0))
         ax.set(xlim=grown[0], ylim=grown[1])
     return ax
+
+
+#: Half the width of a letter of the text of a push, relative to the extent of the structure.
+_LETTER = 0.014
+
+
+def mechanism(
+    result: bs.CaseResult,
+    *,
+    colour: str = "displacement",
+    color: str | None = None,
+    amplitude: Any = None,
+    iteration: int = -1,
+    look: Any = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the blocks displaced by a mechanism, in colours, and the push with its load factor.
+
+    Displacements are to first order, so closed joints stay closed in the picture. Their size is
+    arbitrary: colours are shares of the largest. An elevation shows the outline of the structure at rest, too.
+
+    Parameters
+    ----------
+    result
+        The result of a case.
+    colour, color
+        ``"displacement"``: mean displacement of a block. ``"macro-block"``: its body
+        (:func:`blockstruct.results.macro_blocks`), named in the legend with its weight.
+    amplitude : quantity, length
+        The largest translation of a centroid. By default the corner that moves farthest moves by 10 % of the
+        structure's largest extent.
+    iteration, look, ax
+        As in :func:`structure`.
+
+    Raises
+    ------
+    ModelError, UnknownNameError, UnitError, DimensionError
+        As :func:`structure`, and if the amplitude is not a length.
+    """
+    colour = color or colour
+    if colour not in ("displacement", "macro-block"):
+        msg = f"mechanism: colour {colour!r}; give 'displacement' or 'macro-block'"
+        raise bs.errors.ModelError(msg)
+    index = chosen_iteration(given_result(result, "mechanism"), iteration)
+    solids = Solids.of(result.model)
+    length = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
+    displacement = solids.displacement(result, index)
+    if not np.isfinite(displacement).all():
+        msg = (
+            f"case {result.name!r}: no mechanism in iteration {index}, {result.status.words}; choose another iteration"
+        )
+        raise bs.errors.ModelError(msg)
+    factor = AMPLITUDE * solids.size * solids.drawn_share(displacement) if length is None else length
+    moved = solids.vertices + factor * displacement
+    canvas = Canvas.of(result, ax, look)
+    canvas.ghost()
+    if colour == "displacement":
+        canvas.bodies(moved, _by_displacement(canvas, displacement, factor))
+    else:
+        fill, handles = _by_body(result, index)
+        canvas.bodies(moved, fill)
+    canvas.ties(result, index, factor)
+    drawn = _push(canvas, result, index, moved)
+    canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
+    if colour == "macro-block":
+        legend_above(canvas.ax, handles, [str(handle.get_label()) for handle in handles])
+    return canvas.ax  # type: ignore[no-any-return]
+
+
+def _by_displacement(canvas: Canvas, displacement: Array, amplitude: float) -> Array:
+    """Return the colours (B, 4) of the blocks by mean displacement; draw their scale with the amplitude, m."""
+    of_vertex, blocks = canvas.solids.block_of_vertex, canvas.model.blocks
+    starts, counts = np.searchsorted(of_vertex, np.arange(len(blocks))), np.bincount(of_vertex)
+    size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
+    scale = LinearSegmentedColormap.from_list("displacement", DISPLACEMENT)
+    share = size / max(size.max(), np.finfo(float).tiny)
+    fixed = np.array([b.fixed for b in blocks])
+    label = f"displacement, share of the largest [-]\nlargest translation drawn as {amplitude:.2g} m"
+    canvas.scale(ScalarMappable(Normalize(0, 1), scale), label)
+    return np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share))
+
+
+def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]:
+    """Return the colours (B, 4) of the blocks by macro-block, and the entries of a legend."""
+    index, moving = moving_bodies(result, iteration)
+    fill, palette = to_rgba_array(stones(result.model)), to_rgba_array(BODY_COLOURS)
+    fill[index >= 0] = palette[index[index >= 0] % len(palette)]
+    handles = [
+        Patch(facecolor=colour, edgecolor=EDGE, label=f"{body.name}: {_weight(body)}")
+        for body, colour in zip(moving, BODY_COLOURS, strict=False)
+    ]
+    if (more := len(moving) - len(handles)) > 0:
+        handles.append(Patch(facecolor="none", edgecolor="none", label=f"and {more} more"))
+    return fill, handles
+
+
+def _weight(body: bs.results.MacroBlock) -> str:
+    factor, unit = readable(body.total, "N")
+    carried = f", {body.carried * factor:.4g} {unit} of it carried" if body.carried else ""
+    return f"{body.total * factor:.4g} {unit}{carried}"
+
+
+def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:
+    """Draw the load or the reaction with its size; return the ends of the arrow."""
+    if bs.vocabulary.Stage(result.history["stage"].to_numpy()[iteration]).is_of_dead_load:
+        return np.empty((0, 3))
+    at, forces = driving(result)
+    supports = result.case.supports if isinstance(result.case, bs.SettlementCase) else ()
+    # A reaction acts against the motion of its support.
+    direction = -push(result) if supports else push(result)
+    text = _answer(result, iteration)
+    size = float(np.ptp(moved, axis=0).max())
+    length, gap = ARROW * size, 0.025 * size
+    if np.linalg.norm(canvas.view.project(direction)) < 0.3:
+        canvas.ax.set_title(text, fontsize="small", color=FORCE, loc="right")
+        return np.empty((0, 3))
+    weight = np.linalg.norm(forces, axis=1)
+    centre = weight @ at / weight.sum()
+    loads = () if supports else result.case.patterns[-1].loads
+    if supports:
+        moving = np.array([b.name in supports for b in result.model.blocks])
+        of_supports = moving[canvas.solids.block_of_vertex]
+        tip = centre + (float(((moved[of_supports] - centre) @ direction).min()) - gap) * direction
+    elif all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
+        tip = centre
+    elif canvas.view.flat or abs(direction[2]) > 0.7:
+        tip = centre + (float(((moved - centre) @ direction).min()) - gap) * direction
+    else:
+        # In space, an arrow above the structure hides nothing and is not hidden.
+        seen = canvas.view.project(moved)
+        above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
+        tip = above @ canvas.view.basis[:2] + length / 2 * direction
+    tail = tip - length * direction
+    canvas.arrows(tail[None], length * direction[None], FORCE)
+    right, up = canvas.view.project(direction)
+    beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
+    align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
+    # The text is wider than the arrow: next to the structure it ends where the arrow does.
+    across, upward = _LETTER * len(text) * size * canvas.view.basis[0], 0.05 * size * canvas.view.basis[1]
+    centre_of_text = beyond
+    if abs(right) >= abs(up):
+        beside = canvas.view.flat
+        beyond = (tip if beside else (tail + tip) / 2) + 0.03 * size * canvas.view.basis[1]
+        align["ha"] = ("right" if right > 0 else "left") if beside else "center"
+        centre_of_text = beyond - np.sign(right) * across if beside else beyond
+    canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
+    away = upward if align["va"] == "bottom" else -upward
+    return np.array([tail, tip, centre_of_text - across, centre_of_text + across, centre_of_text + away])
+
+
+def _answer(result: bs.CaseResult, iteration: int) -> str:
+    answer = result.answer
+    if result.status is bs.Status.CONVERGED and iteration == result.n_iterations - 1:
+        return f"{answer.symbol} = {answer.text(result.load_factor)}"
+    value = float(result.history["load_factor"].to_numpy()[iteration])
+    if not np.isfinite(value):
+        return f"iteration {iteration}"
+    return f"{answer.symbol} = {answer.text(value)} (iteration {iteration})"
+
+
+def forces(
+    result: bs.CaseResult, *, at: str = "interfaces", iteration: int = -1, look: Any = None, ax: Axes | None = None
+) -> Axes:
+    """Draw forces on the plus blocks and in ties, and the thrust line.
+
+    Length and width of arrows are proportional to forces; a round force is the key. Forces below 2 % of the
+    largest are left out. Forces inside are drawn over the blocks.
+
+    Parameters
+    ----------
+    result
+        The result of a case.
+    at
+        ``"interfaces"``: the resultant of each compressed interface, with the thrust line.
+        ``"contact points"``: the force at each contact point. Forces within rounding are left out.
+    iteration, look, ax
+        As in :func:`structure`.
+
+    Raises
+    ------
+    ModelError, UnknownNameError
+        As :func:`structure`, and if ``at`` is unknown or the iteration has no forces.
+    """
+    index = chosen_iteration(given_result(result, "forces"), iteration)
+    if at == "interfaces":
+        points, force = application_points(result, index)
+        acts = np.isfinite(points).all(axis=1)
+    elif at == "contact points":
+        history = result.history.isel(iteration=index)
+        points, force = history["contact_point_position"].to_numpy(), contact_forces(history)
+        acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
+    else:
+        msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
+        raise bs.errors.ModelError(msg)
+    if not acts.any():
+        msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
+        raise bs.errors.ModelError(msg)
+
+    model = result.model
+    canvas = Canvas.of(result, ax, look)
+    solids = canvas.solids
+    canvas.bodies(solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    if at == "interfaces":
+        lines = canvas.view.project(_thrust_segments(model, points))
+        # If few blocks have just two compressed joints, the segments do not form a line.
+        if len(lines) >= sum(not b.fixed for b in model.blocks) / 2:
+            canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3))
+    size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
+    shown = np.flatnonzero(size > SMALL * size.max())
+    shown = shown[np.argsort(size[shown])]
+    canvas.ties(result, index)
+    _tie_forces(canvas, result, index)
+    scale = ARROW * solids.size / size.max()
+    canvas.arrows(points[shown], force[shown] * scale, FORCE)
+    drawn = np.concatenate([solids.vertices, points[shown], (points + force * scale)[shown]])
+    factor, unit = readable(size, "N")
+    known = round_value(float(size.max()) * factor) / factor
+    key = _key(canvas, drawn, known * scale, f"{known * factor:g} {unit}")
+    canvas.frame(np.concatenate([drawn, key]))
+    return canvas.ax  # type: ignore[no-any-return]
+
+
+def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
+    """Write the force of each tie next to it."""
+    if not result.model.ties:
+        return
+    force = bs.results.tie_forces(result.history)[iteration]
+    factor, unit = readable(force, "N")
+    right, up = 0.02 * canvas.solids.size * canvas.view.basis[:2]
+    for ends, value in zip(TieLines.of(result.model).ends, force, strict=True):
+        across, along = np.abs(canvas.view.project(ends[1] - ends[0]))
+        away, place = (up, ("center", "bottom")) if across > along else (right, ("left", "center"))
+        behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+        text = f"{value * factor:.3g} {unit}"
+        canvas.text(ends.mean(axis=0) + away, text, color=TIE, ha=place[0], va=place[1], bbox=behind)
+
+
+def _key(canvas: Canvas, points: Array, length: float, text: str) -> Array:
+    """Draw an arrow with a round force above the structure; return its ends."""
+    right, up = canvas.view.basis[:2]
+    seen = canvas.view.project(points)
+    high, size = seen.max(axis=0), float(np.ptp(seen, axis=0).max())
+    tail = np.array([seen[:, 0].min(), high[1] + 0.07 * size]) @ canvas.view.basis[:2]
+    canvas.arrows(tail[None], length * right[None], FORCE)
+    canvas.text(tail + (length + 0.02 * size) * right, text, color=FORCE, ha="left", va="center")
+    return np.array([tail, tail + length * right + 0.03 * size * up])
+
+
+def _thrust_segments(model: bs.Model, points: Array) -> Array:
+    """Return segments (S, 2, 3) between the two compressed points of every free block that has just two."""
+    fixed = np.array([b.fixed for b in model.blocks])
+    pressed = np.flatnonzero(np.isfinite(points).all(axis=1))
+    blocks, interfaces = block_pairs(model)[pressed].T.ravel(), np.tile(pressed, 2)
+    order = np.argsort(blocks, kind="stable")
+    block_of, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
+    # A support may be pressed at several places without thrust between them.
+    first = starts[(counts == 2) & ~fixed[block_of]]
+    pairs = np.stack([interfaces[order][first], interfaces[order][first + 1]], axis=1)
+    return np.asarray(points[pairs])
+
+
+def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) -> Axes:
+    """Draw the dead load without block weights, and the variable load.
+
+    Arrows end where the forces act. Their lengths are proportional to the forces, to one scale for each load; arrows
+    below 2 % of the longest are left out. The legend has the resultants. Forces on supports and couples are not drawn.
+
+    Parameters
+    ----------
+    result
+        The result of a case, with or without iterations.
+    look, ax
+        As in :func:`structure`.
+
+    Raises
+    ------
+    ModelError
+        If it is not the result of a case.
+    """
+    model = given_result(result, "loads").model
+    canvas = Canvas.of(result, ax, look)
+    solids = canvas.solids
+    canvas.bodies(solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    drawn, handles = [solids.vertices], {}
+    for arrows in load_arrows(result):
+        colour, times = (FORCE, " × load factor") if arrows.grows else (ACCENT, "")
+        vectors = arrows.force * (ARROW * solids.size / arrows.largest)
+        tails = arrows.point - vectors
+        canvas.arrows(tails, vectors, colour)
+        drawn.append(tails)
+        factor, unit = readable(np.array([arrows.largest]), "N")
+        text = f"{verbatim(arrows.name)}: {arrows.total * factor:.4g} {unit}{times}"
+        handles[text] = Line2D([], [], color=colour, lw=2)
+    canvas.frame(np.concatenate(drawn))
+    legend_above(canvas.ax, list(handles.values()), list(handles))
+    return canvas.ax  # type: ignore[no-any-return]

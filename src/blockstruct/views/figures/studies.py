@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
-from blockstruct.text import SMALL
+from blockstruct.text.mechanism import SMALL
 from blockstruct.units import readable, short_unit
 from blockstruct.views.console import out_of_the_ordinary
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim

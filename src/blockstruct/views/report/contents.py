@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
-from blockstruct.text import Scope, assumption_sentences, masses_below, report
+from blockstruct.text import report
+from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
 from blockstruct.units import readable
 from blockstruct.views import words
 from blockstruct.views.console import directions_text, parameter_texts
@@ -19,7 +20,7 @@ from blockstruct.views.selection import shown_results
 from blockstruct.vocabulary import FEW, counted, shortened
 
 #: Pictures of a case in the appendix, and their width and height, inches: three in a row. Size of the compass.
-_DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence"), (3.4, 2.7), (2.9, 3.1)
+_DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence", "response"), (3.4, 2.7), (2.9, 3.1)
 #: Loads whose weight follows from their position.
 _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
@@ -308,6 +309,7 @@ def _case(
         "certificate_words": words.certificate_words(r),
         "ties": [*words.roller_words(r), *words.tie_words(r)],
         "pushover": words.pushover_words(r),
+        "response": words.response_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "notes": _numbers(r, notes, checks),
         "checks": checks,

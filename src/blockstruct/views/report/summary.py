@@ -11,8 +11,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 import blockstruct as bs
-from blockstruct import text
-from blockstruct.text import Note, NoteCode, Severity, report, shown
+from blockstruct.text import report
+from blockstruct.text.mechanism import SMALL, kilonewton, motion_clause, smaller_bodies
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import shown
 from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.selection import compasses, moving_bodies
@@ -75,13 +77,13 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
     """Return colour, name, weight and motion of the moving bodies, the small ones as one."""
     moving = moving_bodies(result, -1)[1]
     whole = sum(body.total for body in moving)
-    large = [body for body in moving if body.total >= text.SMALL * whole][:LISTED]
+    large = [body for body in moving if body.total >= SMALL * whole][:LISTED]
     rows = [
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
             "name": body.name,
             "weight": _kilonewtons(body.total, body.carried),
-            "motion": text.motion_clause(body.translation, body.axis, body.centroid, body.speed),
+            "motion": motion_clause(body.translation, body.axis, body.centroid, body.speed),
         }
         for k, body in enumerate(large)
     ]
@@ -89,13 +91,18 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
     if small:
         weights = (sum(body.total for body in small), sum(body.carried for body in small))
         rows.append(
-            {"colour": "", "name": text.smaller_bodies(len(small)), "weight": _kilonewtons(*weights), "motion": ""}
+            {
+                "colour": "",
+                "name": smaller_bodies(len(small)),
+                "weight": _kilonewtons(*weights),
+                "motion": "",
+            }
         )
     return rows
 
 
 def _kilonewtons(total: float, carried: float) -> str:
-    return f"{text.kilonewton(total)}{f', {text.kilonewton(carried)} of it carried' if carried else ''}"
+    return f"{kilonewton(total)}{f', {kilonewton(carried)} of it carried' if carried else ''}"
 
 
 def geometry_picture(model: bs.Model) -> dict[str, str]:
