@@ -138,6 +138,7 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     import matplotlib as mpl
 
     mpl.use("Agg")
+    from blockstruct.views import export
     from blockstruct.views.figures import response
     from blockstruct.views.paraview import write_paraview
     from blockstruct.views.report import write_report
@@ -153,6 +154,10 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     for sentence in bs.results.response_words(result.model, result.response):
         assert sentence in said
     assert "The structure stands in all of 2 cases." in said
+    table = export.tables(analysis)["response"].loc["along"]
+    assert table["kinetic_energy [joule]"].to_numpy() == pytest.approx(result.response.kinetic_energy.to_numpy())
+    with pytest.raises(bs.errors.ModelError, match="ParaView plays a record"):
+        export.write_glb(result, tmp_path / "along.glb")
 
 
 def standing(friction, *boxes):

@@ -29,9 +29,10 @@ from blockstruct.vocabulary import counted
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Printed variables of each state of a pushover.
+#: Printed variables of each state of a pushover, and of a response to a record.
 _OF_STATES = (
     *("displacement [meter]", "load_factor", "reaction [newton]", "holds", "penetration [meter]", "energy_error"),
+    *("kinetic_energy [joule]", "dead_work [joule]", "record_work [joule]", "dissipated_energy [joule]"),
 )
 
 
@@ -74,7 +75,7 @@ def history(
     last: Annotated[bool, option("Print the last iteration, or state, only.", "--last")] = False,
     csv: CsvOption = None,
 ) -> None:
-    """Print the iteration history of a case, or the states of a pushover."""
+    """Print the iteration history of a case, or the states of a pushover or record."""
     from blockstruct.views.console import iteration_table
 
     analysis = bs.open_analysis(file)
@@ -82,7 +83,7 @@ def history(
         say("\n".join(analysis))
         return
     result = analysis[case]
-    if pushover:
+    if pushover or result.response is not None:
         _states(result, variable, interface, csv, last=last)
         return
     chosen = result.history.isel(iteration=slice(-1 if last else None, None))
@@ -103,16 +104,17 @@ def history(
 def _states(
     result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
 ) -> None:
-    """Print the states of a pushover, or write them to a file."""
+    """Print the states of a pushover or of a record, or write them to a file."""
     from blockstruct.views.words import without_curve_words
 
-    if result.capacity is None:
+    motion, dim = (result.capacity, "step") if result.response is None else (result.response, "time")
+    if motion is None:
         msg = f"--pushover: case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
     if interface is not None:
-        msg = "--interface: the states of a pushover have no interfaces, contacts are found anew; leave it out"
+        msg = "--interface: moved blocks have no interfaces, contacts are found anew; leave it out"
         raise bs.errors.ModelError(msg)
-    frame = bs.results.capacity_frame(result.capacity.isel(step=slice(-1 if last else None, None)), variable)
+    frame = bs.results.capacity_frame(motion.isel({dim: slice(-1 if last else None, None)}), variable)
     if csv is not None:
         _write_csv(frame, csv)
         return

@@ -146,7 +146,9 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, writt
     name = shlex.quote(str(output))
     interrupted = any(r.status is bs.Status.INTERRUPTED for r in analysis.values())
     rest = f"blockstruct resume {name} for the rest, " if interrupted else ""
-    say(f"next: {rest}blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
+    # A page plays no records.
+    look = "view" if any(r.n_iterations for r in analysis.values()) else "figures"
+    say(f"next: {rest}blockstruct {look} {name}, blockstruct report {name}, or blockstruct history {name} CASE")
     lacking = {command: extra for command, (extra, packages) in _NEEDS.items() if not all(map(find_spec, packages))}
     if lacking:
         extras = ",".join(sorted(lacking.values()))

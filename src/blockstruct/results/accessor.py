@@ -51,14 +51,14 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
 
 
 def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
-    """Return a capacity curve as a table, units in the column names.
+    """Return a capacity curve or a response as a table, units in the column names.
 
     Parameters
     ----------
     capacity
-        The curve, or a selection of its states.
+        The curve, the response to a record, or a selection of its states.
     variable
-        A variable of the curve, such as ``tie_force``. None gives all that have one value per state.
+        A variable of it, such as ``tie_force``. None gives all that have one value per state.
 
     Raises
     ------
@@ -70,13 +70,16 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
     if not isinstance(capacity, xr.Dataset):
         msg = f"capacity_frame: the curve is a {type(capacity).__name__}; give result.capacity of a case with one"
         raise ModelError(msg)
-    names = [str(name) for name in capacity.data_vars if "step" in capacity[name].dims]
+    what, dim, place = "capacity curve", "step", ["displacement"]
+    if "time" in capacity.dims:
+        what, dim, place = "response", "time", []
+    names = [str(name) for name in capacity.data_vars if dim in capacity[name].dims]
     if variable is not None and variable not in names:
-        msg = f"capacity curve: no variable {shown(variable)}; it has {', '.join(names)}"
+        msg = f"{what}: no variable {shown(variable)}; it has {', '.join(names)}"
         raise UnknownNameError(msg)
-    chosen = [variable] if variable else [name for name in names if capacity[name].dims == ("step",)]
-    data = capacity[chosen].reset_coords("displacement")
-    return _frame(data[["displacement", *chosen]], set(data.dims))
+    chosen = [variable] if variable else [name for name in names if capacity[name].dims == (dim,)]
+    data = capacity[chosen].reset_coords(place)
+    return _frame(data[[*place, *chosen]], set(data.dims))
 
 
 def _frame(data: xr.Dataset, keep: Collection[Hashable]) -> pd.DataFrame:

@@ -78,7 +78,8 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
     """
     solids = Solids.of(result.model)
     if not result.n_iterations or not np.isfinite(first := solids.displacement(result, -1)).all():
-        msg = f"case {result.name!r}: no mechanism, {result.status.words}; run the case again"
+        remedy = "run the case again" if result.response is None else "ParaView plays a record, in a .pvd"
+        msg = f"case {result.name!r}: no mechanism, {result.status.words}; {remedy}"
         raise bs.errors.ModelError(msg)
     if amplitude is None:
         factor = AMPLITUDE * solids.size * solids.drawn_share(first)

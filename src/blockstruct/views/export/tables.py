@@ -15,18 +15,20 @@ from blockstruct.views.selection import shown_results
 
 
 def tables(analysis: bs.Analysis) -> dict[str, pd.DataFrame]:
-    """Return the tables of an analysis: cases, blocks, interfaces, iterations, and states of pushovers and ties.
+    """Return the tables of an analysis: cases, blocks, interfaces, iterations, and states of motions and ties.
 
     Forces, states and mechanism belong to the last iteration. Units are in the column names. Tables without rows are
     left out.
     """
-    results = [result for result in shown_results(analysis) if result.n_iterations]
+    every = list(shown_results(analysis))
+    results = [result for result in every if result.n_iterations]
     tables = {
-        "cases": pd.DataFrame([_case(result) for result in shown_results(analysis)]).set_index("case"),
+        "cases": pd.DataFrame([_case(result) for result in every]).set_index("case"),
         "blocks": _together(results, _blocks),
         "interfaces": _together(results, _interfaces),
         "iterations": _together(results, lambda result: result.history.blockstruct.convergence()),
         "pushover": _together(results, _pushover),
+        "response": _together(every, _response),
         "ties": _together(results, lambda result: result.ties),
     }
     return {name: table for name, table in tables.items() if len(table)}
@@ -94,6 +96,10 @@ def _case(result: bs.CaseResult) -> dict[str, object]:
 
 def _pushover(result: bs.CaseResult) -> pd.DataFrame:
     return pd.DataFrame() if result.capacity is None else bs.results.capacity_frame(result.capacity)
+
+
+def _response(result: bs.CaseResult) -> pd.DataFrame:
+    return pd.DataFrame() if result.response is None else bs.results.capacity_frame(result.response)
 
 
 def _blocks(result: bs.CaseResult) -> pd.DataFrame:
