@@ -285,12 +285,13 @@ class Dynamics:
         v = system.relative(parts, V)
         unloads = contacts.place
         if len(unloads):
-            # A cell whose force stays below the one that crushes it deforms elastically.
-            elastic = COMPLIANCE * self.time_step**2 * contacts.yields[unloads, 0]
+            # A cell whose force, at constant velocity, stays below the one that crushes it only has the trace of
+            # compliance in this step.
+            trace = COMPLIANCE * self.time_step**2 * contacts.yields[unloads, 0]
             crushes = np.clip(-gap[unloads] / compliance[unloads, 0], 0.0, strength[unloads])
-            below = motion.force[unloads, 0] - h * v[unloads, 0] / elastic < crushes
+            below = motion.force[unloads, 0] - h * v[unloads, 0] / trace < crushes
             unloads = unloads[below]
-            strength[unloads], compliance[unloads, 0] = crushes[below], elastic[below]
+            strength[unloads], compliance[unloads, 0] = crushes[below], trace[below]
         # A contact that bears its strength gives way without an impact, and so does a cell that a tilted face crushes.
         nearing = -v[:, 0]
         nearing = nearing * (motion.force[:, 0] < strength) * (nearing * self.time_step > tilt)
@@ -411,7 +412,7 @@ class _Placed(NamedTuple):
     compliance : (K, 1) array, m/N
     strength : (K,) or () array, N
     tilt : (K,) or () array, m
-        Tilt of the other face across the width of a cell.
+        Difference of the overlap across a cell: the tilt of the other face times the width.
     """
 
     frame: Array

@@ -25,7 +25,7 @@ class Crushed(NamedTuple):
         the sine of its angle.
     share : (C,) array
         Normal force of each cell in the last state, relative to its strength: the share of its area that is crushed.
-        NaN if it follows from the overlap.
+        NaN in responses to records, where it follows from the overlap.
     """
 
     depth: Array
@@ -49,7 +49,7 @@ class PlacedCells(NamedTuple):
     distance : (C,) array, m
         Distance of the other face from the centre of the cell; negative for an overlap.
     tilt : (C,) array
-        Share of the tilt of the face in the overlap under the strength; the rest is elastic.
+        Share of ``sinks`` that is due to the tilt of the other face, 0 to 1; the rest is elastic.
     slope : (C, 3) array
         Slope of the other face, as in :class:`Crushed`.
     lost : (C,) array, m
