@@ -14,7 +14,7 @@
 (1.0, 0.7264, 0.823)
 """
 
-from blockstruct.assess.building import DIRECTIONS, Building, UnitSizes, building, unit_sizes
+from blockstruct.assess.building import DIRECTIONS, Building, building
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.check import LocalMechanismCheck, Verdict, WayOfChecking
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, Spectrum, floor_spectrum
@@ -24,6 +24,7 @@ from blockstruct.assess.local_mechanism import local_mechanism
 from blockstruct.assess.overturning import Overturning, overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import NtcSpectrum, TableSpectrum, ntc_spectrum, table_spectrum
+from blockstruct.assess.unit_sizes import UnitSizes, unit_sizes
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.vocabulary import Way
 

@@ -8,7 +8,8 @@ import numpy as np
 from blockstruct.arrays import Array, Index
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.model import Model, SettlementCase
-from blockstruct.statics.statics import Statics, equilibrium_matrix
+from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.statics import Statics
 from blockstruct.statics.wrenches import wrenches
 from blockstruct.vocabulary import listed
 

@@ -7,7 +7,7 @@
 96.0
 """
 
-from blockstruct.model.block import Block, Interface
+from blockstruct.model.block import Block
 from blockstruct.model.cases import Case, LimitCase, MovingCase, Point, Pushover, RecordCase, SettlementCase, has_curve
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
@@ -18,6 +18,7 @@ from blockstruct.model.detection_report import (
     lies_between,
 )
 from blockstruct.model.fields import check_unrepeated, checked_name, checked_text, checked_tuple
+from blockstruct.model.interface import Interface
 from blockstruct.model.loads import (
     LOAD_KINDS,
     AreaLoad,

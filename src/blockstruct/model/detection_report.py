@@ -10,8 +10,9 @@ import pandas as pd
 from attrs import field, frozen
 
 from blockstruct.arrays import SLIGHT
-from blockstruct.model.block import Block, Interface
+from blockstruct.model.block import Block
 from blockstruct.model.fields import ModelObject
+from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
 from blockstruct.vocabulary import JointOrientation, counted, shortened
 

@@ -17,8 +17,9 @@ from blockstruct.geometry.neighbours import box_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import perimeter
 from blockstruct.geometry.tolerances import PARALLEL
-from blockstruct.model.block import Block, Interface
+from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport
+from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import counted, listed
 
 T = TypeVar("T")

@@ -15,10 +15,11 @@ from blockstruct.arrays import SLIGHT
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.neighbours import unsupported
 from blockstruct.geometry.overlap import bodies_at
-from blockstruct.model.block import Block, Interface
+from blockstruct.model.block import Block
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.fields import ModelObject, changed, check_unrepeated, has_name, items, named_arguments, store
 from blockstruct.model.fit import check_interfaces, check_overlaps
+from blockstruct.model.interface import Interface
 from blockstruct.model.materials import JointMaterial, Material
 from blockstruct.model.ties import AnyTie, anchored, given_quantities, tie_kind_of, tie_segments
 from blockstruct.notebook import html_table

@@ -16,9 +16,10 @@ from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.model import STANDARD_GRAVITY, Model, MovingCase, Pushover, Tie
 from blockstruct.model.fields import check_at_block, label
+from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
 from blockstruct.statics.moving_cells import Crushed
-from blockstruct.statics.statics import Statics, equilibrium_matrix
+from blockstruct.statics.statics import Statics
 from blockstruct.vocabulary import Torsion, listed
 
 

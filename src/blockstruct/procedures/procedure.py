@@ -14,15 +14,14 @@ from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.dead_load import (
+from blockstruct.procedures.dead_load import dead_load_program, largest_reaction
+from blockstruct.procedures.fictitious import fictitious_iteration, shifted_iteration
+from blockstruct.procedures.self_stress import (
     can_jam,
     dead_load_collapse,
-    dead_load_program,
     grows_without_limit,
     jammed_by_self_stress,
-    largest_reaction,
 )
-from blockstruct.procedures.fictitious import fictitious_iteration, shifted_iteration
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Flow, PathEnd, Procedure, Reason, Stage, Status
 

@@ -12,8 +12,9 @@ from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, scr
 from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moving_cells import Crushed, MovingCells, PlacedCells
-from blockstruct.statics.statics import Statics, equilibrium_matrix
+from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import applied_loads, summed
 

@@ -156,7 +156,7 @@ def report_html(
     checks
         Verifications of its cases: :func:`blockstruct.assess.local_mechanism`. Equal checks are shown once.
     unit_sizes
-        Answers with units of other sizes: :func:`blockstruct.assess.building`.
+        Answers with units of other sizes: :func:`blockstruct.assess.unit_sizes`.
     template
         A Jinja2 template to use instead. One that begins with ``{% extends "report.html.j2" %}`` only needs the blocks
         that it changes: ``style``, ``head``, ``project``, ``relied_on``, ``results``, ``assumptions``,
