@@ -190,7 +190,9 @@ class Dynamics:
         self._yield[self._free] = 1 / masses.mass[self._free]
         cells = structure.cells(0.0)
         yields = self._yield[cells.owner] + self._yield[cells.other]
-        self._cells = replace(cells, elastic=COMPLIANCE * time_step**2 * yields * cells.strength)
+        #: Trace of compliance of any contact, times the mass of its two blocks, s².
+        self._trace = COMPLIANCE * time_step**2
+        self._cells = replace(cells, elastic=self._trace * yields * cells.strength)
         self._ties = statics.ties
         centres = self._centres(Placement.of(statics.model))
         #: Anchors (2, M, 3) from the centres of mass, in the axes of the blocks.
@@ -283,15 +285,7 @@ class Dynamics:
         frame, arm, apart, gap, compliance, strength, tilt = self._placed(motion, contacts, G)
         parts = system.parts(frame, frame @ (arm @ ACROSS).reshape(2, -1, 3, 3))
         v = system.relative(parts, V)
-        unloads = contacts.place
-        if len(unloads):
-            # A cell whose force, at constant velocity, stays below the one that crushes it only has the trace of
-            # compliance in this step.
-            trace = COMPLIANCE * self.time_step**2 * contacts.yields[unloads, 0]
-            crushes = np.clip(-gap[unloads] / compliance[unloads, 0], 0.0, strength[unloads])
-            below = motion.force[unloads, 0] - h * v[unloads, 0] / trace < crushes
-            unloads = unloads[below]
-            strength[unloads], compliance[unloads, 0] = crushes[below], trace[below]
+        unloads = self._unloading(contacts, motion.force[:, 0], gap, compliance[:, 0], strength, h * v[:, 0])
         # A contact that bears its strength gives way without an impact, and so does a cell that a tilted face crushes.
         nearing = -v[:, 0]
         nearing = nearing * (motion.force[:, 0] < strength) * (nearing * self.time_step > tilt)
@@ -318,7 +312,7 @@ class Dynamics:
         push = momentum / k + acting[free]
         equations = Equations(system, parts, mass / k, push, self._unit, resting, damping, contacts.friction, strength)
         # At first, contacts are open, stick or slide by the forces before and a share of those at constant velocity.
-        share = np.minimum(COMPLIANCE * self.time_step**2 / (k * time), 0.5)
+        share = np.minimum(self._trace / (k * time), 0.5)
         guess = motion.force + share * (resting - damping * v - motion.force)
         found = equations.solved(V, v, guess)
         if found is None:
@@ -349,6 +343,23 @@ class Dynamics:
             loads=acting,
         )
 
+    def _unloading(
+        self, contacts: Contacts, force: Array, gap: Array, compliance: Array, strength: Array, parting: Array
+    ) -> Index:
+        """Let cells that do not crush in a step deform elastically, and return their places among the contacts.
+
+        The force of such a cell, if it parts by ``parting`` (K,), m, stays below the one that crushes it. This one
+        becomes its ``strength`` (K,), and its ``compliance`` (K,) the trace of any contact.
+        """
+        at = contacts.place
+        if not len(at):
+            return at
+        trace, crushes = self._trace * contacts.yields[at, 0], np.clip(-gap[at] / compliance[at], 0.0, strength[at])
+        below = force[at] - parting[at] / trace < crushes
+        unloads: Index = at[below]
+        strength[unloads], compliance[unloads] = crushes[below], trace[below]
+        return unloads
+
     def _placed(self, motion: Motion, contacts: Contacts, G: Array) -> "_Placed":
         """Return the contacts at a placement with the centres of mass G (B, 3)."""
         R, ends, ties, c = motion.placement.rotation, contacts.ends, self._ties, contacts.cell
@@ -356,7 +367,7 @@ class Dynamics:
         arm = turned(R[ends], contacts.arm)
         point = G[ends] + arm
         apart = point[1] - point[0]
-        compliance = COMPLIANCE * self.time_step**2 * contacts.yields
+        compliance = self._trace * contacts.yields
         if not len(ties) and not len(c):
             gap = (frame[:, 0] * apart).sum(axis=1)
             return _Placed(frame, arm, apart, gap, compliance, np.array(np.inf), np.array(0.0))

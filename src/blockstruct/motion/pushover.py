@@ -108,7 +108,7 @@ class PushoverPath:
         free = np.concatenate([corners for (corners, _), b in zip(shapes, blocks, strict=True) if not b.fixed])
         #: Length that no distance of two points of the structure exceeds, m.
         self._extent = float(np.linalg.norm(np.ptp(np.concatenate([corners for corners, _ in shapes]), axis=0)))
-        self._at_rest = Placement.of(problem.statics.model)
+        self._rest = Placement.of(problem.statics.model)
         #: Way of each step if the steps divide a quarter of the radius of the structure evenly, m.
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         #: Ways up to each state of the curve, and to the one after the last, m.
@@ -137,7 +137,7 @@ class PushoverPath:
 
         Joints deform elastically, first under the dead load and then in steps that grow from this deformation.
         """
-        rest, nowhere, none = self._at_rest, np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        rest, nowhere, none = self._rest, np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         moved = self._course.at(rest, SAME * self._length)
         unloaded = np.zeros((moved.problem.n_points, 3))
         solved, inertia_time = self._step(moved, unloaded, [np.zeros_like(mechanism)], self.held, self._length / TRACE)
@@ -187,7 +187,7 @@ class PushoverPath:
     def _reached(self) -> CurveEnd | None:
         if np.isfinite(zero_displacement(self._course.curve)):
             return CurveEnd.ZERO
-        last, start = self._course.last, self._at_rest.position
+        last, start = self._course.last, self._rest.position
         gone = last is not None and np.linalg.norm(last.position - start, axis=1).max() > self._extent
         return CurveEnd.CARRIED_AWAY if gone else None
 

@@ -111,7 +111,7 @@ class _Run:
 
     def at_rest(self) -> RecordState:
         """Return the state at the beginning."""
-        B = len(self._fixed)
+        B, cells = len(self._fixed), self._dynamics.undamaged
         no_block, no_force = np.empty(0, dtype=np.int64), np.zeros(len(self._statics.ties))
         return RecordState(
             time=self._begin,
@@ -135,8 +135,8 @@ class _Run:
             tie_force=no_force,
             tie_elongation=no_force,
             peak_tie_elongation=no_force,
-            crushed_depth=self._dynamics.undamaged.depth,
-            crushed_slope=self._dynamics.undamaged.slope,
+            crushed_depth=cells.depth,
+            crushed_slope=cells.slope,
             largest_crushed_depth=0.0,
             minus_of_contact=no_block,
             plus_of_contact=no_block,
