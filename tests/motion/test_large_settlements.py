@@ -144,6 +144,29 @@ def test_a_support_that_carries_nothing_leaves_the_structure():
     np.testing.assert_allclose(curve["position"].sel(block="beam", axis="z"), 0.3, atol=1e-5)
 
 
+@pytest.mark.parametrize("supports", [["middle"], ["left"], ["left", "right"]])
+def test_a_support_that_others_relieve_leaves_the_structure(supports):
+    """Two of three ledges bear the beam, or one. The reaction is zero, and a share of no work was missed."""
+    ledges = [box(name, (x, x + 0.5), (-3, 0), fixed=True) for name, x in (("left", 0), ("middle", 2), ("right", 4))]
+    model = model_of([*ledges, box("beam", (0, 4.5), (0, 0.6))], bs.JointMaterial("joint", 0.6))
+    case = bs.SettlementCase("case", SELF_WEIGHT, supports, "-z", displacement="0.1 m", steps=5)
+    result = bs.run(model, case)["case"]
+    assert result.curve_outcome.end == "displacement_reached"
+    np.testing.assert_allclose(result.capacity["reaction"], 0, atol=1)
+    np.testing.assert_allclose(result.capacity["position"].sel(block="beam", axis="z"), 0.3, atol=1e-5)
+    # Only the supports move in the end, and nothing is near them.
+    assert result.capacity["holds"].all()
+
+
+def test_a_foundation_that_moves_sideways_takes_the_structure_with_it():
+    """Nothing resists it. The curve ended after 301 states, within a micrometre."""
+    stack = [box("left", (-1, 2), (-1, 0), fixed=True), box("block", (0, 1), (0, 1))]
+    result = settle(model_of(stack, bs.JointMaterial("joint", 0.6)), "+x", "0.5 m", steps=5)
+    assert result.curve_outcome.end == "displacement_reached"
+    gone = result.capacity["position"].sel(block="block", axis="x") - result.capacity["displacement"]
+    np.testing.assert_allclose(gone, 0.5, atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ("changes", "error", "words"),
     [

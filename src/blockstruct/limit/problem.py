@@ -390,9 +390,13 @@ class LimitProblem:
         return float(np.maximum(of_joints, abs(u[-1]) / self.settlement.force * self.settlement.speed))
 
     def fastest(self, u: Array) -> float:
-        """Return the largest velocity of a centroid, unit as in :meth:`speed`."""
+        """Return the largest velocity of a centroid, also of supports that settle, unit as in :meth:`speed`."""
         of_blocks = u[: 6 * len(self.wrench_unit)].reshape(-1, 6)
-        return float((np.linalg.norm(of_blocks[:, :3], axis=1) / self.wrench_unit).max())
+        largest = float((np.linalg.norm(of_blocks[:, :3], axis=1) / self.wrench_unit).max())
+        if self.settlement is None:
+            return largest
+        of_supports = np.linalg.norm(self.settlement.motion[:, :3], axis=1) * abs(u[-1]) / self.settlement.force
+        return max(largest, float(of_supports.max()))
 
 
 def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]:

@@ -47,7 +47,8 @@ class Course:
         self.last: MotionState | None = None
         #: Displacement, m, and load factor of each state without falling blocks.
         self.curve: list[tuple[float, float]] = []
-        self._done = 0.0
+        #: Work of all loads, and of a load factor of one, J.
+        self._done, self._unit = 0.0, 0.0
         #: Work, J, of the steps without falling blocks. Short steps also correct the overlaps that longer ones leave.
         self._works: list[float] = []
         #: Work of the overlaps of the last state, J, and of the last complete one at its positions.
@@ -60,6 +61,7 @@ class Course:
         """
         dead, pushed = self._work(state)
         self._done += _sum_of(dead, pushed)
+        self._unit += 0.0 if self.last is None or not self.curve else self.last.motion_time
         position, overlap = self._completed
         self._overlap = overlap if position is state.position else self._overlap_of(state)
         self._longest, self._tight = self._lengths(Placement.at(state.position, state.rotation))
@@ -170,7 +172,9 @@ class Course:
         dead, pushed = self._work(state)
         rate = (before.dissipation + dissipated(problem, x, T, moved.velocities(carried(before, placement)))) / 2
         missed = abs(dead + pushed - before.motion_time * rate - (overlap - self._overlap))
-        done = self._done + _sum_of(dead, pushed)
+        # Loads that hardly do work, as the reaction of a support that carries nothing, miss a share of nothing.
+        least = LEAST * abs(first) * (self._unit + before.motion_time)
+        done = max(self._done + _sum_of(dead, pushed), least)
         return replace(state, energy_error=missed / max(done, 1e-300))
 
     def _overlap_of(self, state: MotionState) -> float:
