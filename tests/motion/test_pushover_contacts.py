@@ -132,6 +132,35 @@ def test_a_sharp_toe_meets_a_stop(slope):
     assert alpha[turns] == pytest.approx(np.tan(np.arctan(2 / h) - theta[turns]), rel=1e-3)
 
 
+@pytest.mark.parametrize(("slope", "steps"), [(30, 20), (30, 60), (20, 20)])
+def test_a_block_climbs_a_ramp(slope, steps):
+    """A block of 0.6 m × 0.3 m slides on the ground and climbs a ramp, 2 m long, until its centre is beyond the top.
+
+    Two of its faces share the corner on the ramp. A contact there counted as new, the step became the shortest, and the
+    drop in it ended the curve at 0.43 m with a load factor of zero.
+    """
+    angle, phi = np.radians(slope), np.arctan(0.3)
+    blocks = [
+        box("ground", [-3, -1, -0.5], [7, 3, 0.5], fixed=True),
+        box("block", [0, 0, 0], [0.6, 1, 0.3]),
+        prism("ramp", [[1, 0], [3, 0], [3, 2 * np.tan(angle)]], (-1, 2), STONE, fixed=True),
+    ]
+    model = bs.Model("ramp", blocks, bs.detect_interfaces(blocks[:2], SMOOTH))
+    curve = run(model, "block", steps=steps).capacity
+    assert float(curve["d0"]) == pytest.approx(2.7, abs=0.02)
+    theta = -curve["rotation"].sel(block="block", axis="y").to_numpy()
+    climbs = (theta > 1e-3) & (theta < angle - 1e-3) & (curve["displacement"] < 1) & (curve["falls"] == 0)
+    assert climbs.sum() > 3
+    turned = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])[:, :, climbs]
+    rear, front = (np.einsum("ijn,j->in", turned, [x, -0.15]) for x in (-0.3, 0.3))
+    # Unit reactions at the edges on the ground and on the ramp, which meet with the weight and the push at the centre.
+    below, ahead = np.array([-0.3, 1]), np.array([-np.sin(angle + phi), np.cos(angle + phi)])
+    moments = [edge[0] * force[1] - edge[1] * force[0] for edge, force in ((rear, below), (front, ahead))]
+    share = -moments[0] / moments[1]
+    alpha = -(below[0] + share * ahead[0]) / (below[1] + share * ahead[1])
+    assert curve["load_factor"].to_numpy()[climbs] == pytest.approx(alpha, abs=1e-5)
+
+
 @pytest.mark.parametrize("slope", [60, 65, 75])
 def test_an_edge_meets_the_ridge_of_a_roof(slope):
     """The edge of an overhang, 2 m high and 0.7 m before the hinge, comes down on a ridge across it, 1.95 m high.

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import Array, Index
+from blockstruct.arrays import ROUNDING, Array, Flags, Index
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
 from blockstruct.geometry.touching import MovingBodies, Touching
@@ -155,6 +155,17 @@ class MovedContacts:
     A: sp.csc_array
     cell: Index
     cells: PlacedCells
+
+    def same_place(self, some: Flags, length: float) -> Flags:
+        """Return whether each contact point (K,) is at the place of some of them, with the same blocks and normal.
+
+        ``length`` is the mean size of a block, m.
+        """
+        points = self.points
+        where = np.hstack([points.position / length, points.frame[:, 0]])
+        places = np.column_stack([points.minus, points.plus, np.round(where / ROUNDING)])
+        _, place = np.unique(places, axis=0, return_inverse=True)
+        return np.asarray(np.bincount(place, some)[place] > 0)
 
 
 class MovingStructure:
