@@ -149,7 +149,8 @@ def test_a_block_climbs_a_ramp(slope, steps):
     curve = run(model, "block", steps=steps).capacity
     assert float(curve["d0"]) == pytest.approx(2.7, abs=0.02)
     theta = -curve["rotation"].sel(block="block", axis="y").to_numpy()
-    climbs = (theta > 1e-3) & (theta < angle - 1e-3) & (curve["displacement"] < 1) & (curve["falls"] == 0)
+    # After the drop at the foot of the ramp, and before the block lies on it.
+    climbs = (curve["displacement"].to_numpy() > 0.42) & (theta < angle - 1e-3) & (curve["displacement"].to_numpy() < 1)
     assert climbs.sum() > 3
     turned = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])[:, :, climbs]
     rear, front = (np.einsum("ijn,j->in", turned, [x, -0.15]) for x in (-0.3, 0.3))

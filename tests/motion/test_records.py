@@ -114,6 +114,19 @@ def test_half_the_step_gives_the_same_peak():
     assert peaks[0] == pytest.approx(peaks[1], rel=0.05)
 
 
+def test_sheets_that_bear_far_more_than_their_weight_keep_drums_apart():
+    """Contacts of a sheet deformed by its mass alone: drums sank through sheets of 2 mm, and fell."""
+    thickness, z = 0.002, 0.0
+    blocks = [box("ground", [-1, -1, -0.5], [3, 3, 0.5], fixed=True)]
+    for k in range(3):
+        blocks += [box(f"sheet {k}", [0, 0, z], [0.8, 0.8, thickness])]
+        blocks += [box(f"drum {k}", [0, 0, z + thickness], [0.8, 0.8, 0.8])]
+        z += 0.8 + thickness
+    found = response(model_of(blocks, bs.JointMaterial("joint", 0.6)), [0, 0, 0], "0.05 s")
+    assert found.status == "stands"
+    assert float(-found.response["displacement"].sel(axis="z").min()) < 3e-3 * thickness
+
+
 def test_the_search_of_contacts_does_not_change_rocking(monkeypatch):
     blocks, joint = single_block(0.4, 2.0, mu=0.6)
     statics, t = Statics.of(model_of(blocks, joint)), np.arange(0, 2, 0.01)

@@ -389,7 +389,7 @@ class RecordCase(ModelObject):
     interval : quantity, time
         Time between two states that are kept. By default up to 200 states span the record, at least 10 ms apart.
     time_step : quantity, time
-        Longest step of the calculation. By default it follows from the size of the blocks.
+        Longest step of the calculation. By default it follows from the size of the blocks and from what they bear.
 
     Attributes
     ----------

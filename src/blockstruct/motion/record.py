@@ -11,7 +11,7 @@ from blockstruct.arrays import NEGLIGIBLE, SLIGHT, Array
 from blockstruct.limit.response import Fall, RecordState
 from blockstruct.model import STANDARD_GRAVITY, Model, RecordCase
 from blockstruct.model.fields import label
-from blockstruct.motion.dynamics import SPLIT, ContactForces, Contacts, Dynamics, Motion, Step
+from blockstruct.motion.dynamics import COMPLIANCE, SPLIT, ContactForces, Contacts, Dynamics, Motion, Step
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.moving_problem import check_in_motion
 from blockstruct.statics.moved import MovingLoads, MovingStructure, Placement
@@ -70,10 +70,27 @@ def respond(statics: Statics, case: RecordCase, before: RecordState | None = Non
 
 def time_step(statics: Statics, case: RecordCase) -> float:
     """Return the length of the steps of a response, s: equal parts of the interval between its states."""
-    size = Masses.of(statics.model, case.dead, f"record case {case.name!r}").size[statics.free].min()
-    longest = case.time_step or float(np.sqrt(size / STANDARD_GRAVITY)) / RESOLUTION
     interval = kept_interval(case)
+    longest = case.time_step or _longest_step(statics, Masses.of(statics.model, case.dead, label(case)))
     return interval / ceil(interval / longest * (1 - 1e-12))
+
+
+def _longest_step(statics: Statics, masses: Masses) -> float:
+    """Return the longest step, s, which the smallest block and those that bear much more than their weight limit.
+
+    Contacts deform by a share :data:`COMPLIANCE` of the way that their force moves a block in a step. Under the weight
+    above a block, this is at most a slight share of its thickness, so that thin or light layers keep apart what they
+    bear. This weight is that of the blocks whose centroids are higher and which overlap in plan.
+    """
+    blocks, free = [statics.model.blocks[k] for k in statics.free], statics.free
+    corners = [b.shape.vertices for b in blocks]
+    low, high = (np.array([extreme(c, axis=0) for c in corners])[:, :2] for extreme in (np.min, np.max))
+    meet = (low[:, None] < high).all(axis=2) & (low < high[:, None]).all(axis=2)
+    level, mass = np.array([b.centroid[2] for b in blocks]), masses.mass[free]
+    borne = mass + np.where(meet & (level > level[:, None]), mass, 0.0).sum(axis=1)
+    thickness = np.array([np.ptp(c @ b.shape.normals.T, axis=0).min() for c, b in zip(corners, blocks, strict=True)])
+    way = np.minimum(masses.size[free] / RESOLUTION**2, SLIGHT / COMPLIANCE * thickness * mass / borne)
+    return float(np.sqrt(way.min() / STANDARD_GRAVITY))
 
 
 def kept_interval(case: RecordCase) -> float:
