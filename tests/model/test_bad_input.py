@@ -94,6 +94,7 @@ def box(name, x=0.0, z=0.0, fixed=False):
         (MODEL, "relaxation_min 0.9 relaxation_max 0.8", lambda: settings_of(relaxation_min=0.9)),
         (MODEL, "yield_tolerance 0.1 0.01", lambda: settings_of(yield_tolerance=0.1)),
         (MODEL, "speed", lambda: bs.ProcedureSettings.of({"speed": 1})),
+        (MODEL, "'uniaxial'", lambda: settings_of(crushing="linearised", crushing_interaction="biaxial")),
         # A load has no meaning, or two.
         (MODEL, "Weight 'b' weight -1 kN PointLoad", lambda: bs.Weight("b", A, "-1 kN")),
         (MODEL, "Weight block ''", lambda: bs.Weight("", A, "1 kN")),
