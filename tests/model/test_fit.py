@@ -1,6 +1,7 @@
 """A model accepts the interfaces of a detection, with its tolerances."""
 
 from functools import partial
+from itertools import pairwise
 
 import attrs
 import numpy as np
@@ -8,14 +9,45 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from meshes import QUADS
 from refusals import refused
+from structures import STONE, push, solve
 from structures import box as box_of
-from structures import push, solve
-from warped import warped_vault
 
 DRY = bs.JointMaterial("dry", 0.7)
 GROUND = box_of("ground", [-1, -1, -1], [4, 3, 1], fixed=True)
 box = partial(box_of, size=(0.3, 0.3, 0.3))
+
+
+def triangles(rng: np.random.Generator) -> list[list[int]]:
+    """Every quadrilateral divided along one of its diagonals."""
+    halves = []
+    for a, b, c, d in QUADS:
+        halves += [[a, b, c], [a, c, d]] if rng.random() < 0.5 else [[a, b, d], [b, c, d]]
+    return halves
+
+
+def warped_vault(stones, rows, warp=0.0, noise=0.0):
+    """Barrel vault of 2 m radius and 0.25 m in bond, on its springers, as surveyed or rounded one stone at a time.
+
+    Corners that neighbours share move by up to ``warp``, m, along each axis: joints warp, and stay closed. ``noise`` is
+    the same of each stone by itself: joints gape and stones penetrate each other.
+    """
+    rng = np.random.default_rng(0)
+    angle, y, radius = np.meshgrid(
+        np.pi * np.arange(stones + 1) / stones, np.linspace(0, 2, 2 * rows + 1), [2.0, 2.25], indexing="ij"
+    )
+    nodes = np.stack([-radius * np.cos(angle), y, radius * np.sin(angle)], axis=-1)
+    nodes += rng.uniform(-warp, warp, nodes.shape)
+    blocks = []
+    for i in range(stones):
+        cuts = range(0, 2 * rows + 1, 2) if i % 2 == 0 else [0, *range(1, 2 * rows, 2), 2 * rows]
+        for a, b in pairwise(cuts):
+            corners = np.array([nodes[k, j, r] for k in (i, i + 1) for j, r in ((a, 0), (b, 0), (b, 1), (a, 1))])
+            points = Q_(corners + rng.uniform(-noise, noise, corners.shape), "m")
+            name, fixed = f"{i}.{a}", i in (0, stones - 1)
+            blocks.append(bs.Block.from_faces(name, points, triangles(rng), STONE, fixed=fixed))
+    return blocks
 
 
 def test_penetration_within_the_tolerance_of_detection_is_accepted():
