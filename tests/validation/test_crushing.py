@@ -53,18 +53,6 @@ def test_block_rocks_about_both_axes(share, flow, settings):
         assert result.load_factor == pytest.approx(width / h * (1 - share), rel=1e-6)
 
 
-def test_a_joint_that_bears_next_to_nothing_is_no_worse_than_its_digits():
-    """N = 1.3e-4 on an edge, F = 500/3: by N³ ≤ 4 F n_e n_f the other edge needs N² / (4 F) (1 / ½) = 5.3e-11.
-
-    It has 2.6e-11. It is short of 2.7e-11, which is rounding; N itself would be too large by N (1 − (2.6 / 5.3)^⅓) =
-    2.9e-5, more than the tolerance of a yield excess, 1e-5.
-    """
-    n, F = np.array([[6.66090587e-05, 6.66080773e-05, 1.28171611e-11, 1.28413824e-11]]), np.array([500 / 3])
-    N, n_e, n_f = n.sum(), n[0, :2].sum() / 2, n[0, 2:].sum()
-    assert N - np.cbrt(4 * F[0] * n_e * n_f) == pytest.approx(2.9e-5, rel=0.02)
-    assert crushing.excess(n, F, biaxial=True)[0] == pytest.approx(N**3 / (4 * F[0] * n_e) - n_f, rel=1e-3)
-
-
 def test_a_corner_of_walls_that_crush_about_both_axes_converges():
     """Where a joint inside the walls bears 1e-4 of a block, its rounding left this case without a certificate."""
     size = {"unit_length": "0.5 m", "unit_height": "0.5 m", "thickness": "0.4 m"}

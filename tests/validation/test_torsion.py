@@ -19,7 +19,6 @@ from blockstruct import Q_
 from blockstruct.analysis.manager import with_effects
 from blockstruct.geometry.polygon import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
-from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.statics import Statics
@@ -225,28 +224,6 @@ def test_frames_of_uniform_torsion_converge(seed, procedure):
     if procedure is None:
         assert result.certificate.interpenetration < 1e-6
         assert result.certificate.flow_rule_gap < 1e-5 * result.load_factor
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2, 4, 5])
-def test_division_is_found_that_lets_nothing_penetrate(seed):
-    """A joint without force whose openings are those of a division that uneven resistances would ask for."""
-    random = np.random.default_rng(seed)
-    problem = LimitProblem.of(Statics.of(block()), bs.LimitCase("case", SELF_WEIGHT, COUPLE, "associative"))
-    x, y = problem.torsion.place.T
-    motion = random.normal(size=3)
-    v = np.column_stack([np.zeros(4), motion[:2] + motion[2] * np.column_stack([-y, x])])
-    rate = problem.torsion.slip(v, random.permutation([1.0, 0.1, 0.01, 0.001]))
-    v[:, 0] = FRICTION * rate
-    unloaded = np.zeros_like(v)
-    assert (problem.slip(v, unloaded[:, 0]) - rate).max() > 1e-3
-    found = sliding(problem, unloaded, v, biaxial=False)
-    assert (found - rate).max() < 1e-6
-
-
-def test_division_does_not_matter_without_dilatancy():
-    problem = LimitProblem.of(Statics.of(block()), bs.LimitCase("case", SELF_WEIGHT, COUPLE, "nonassociative"))
-    x, v = np.random.default_rng(0).normal(size=(2, 4, 3))
-    assert sliding(problem, x, v, biaxial=False).tolist() == problem.slip(v, x[:, 0]).tolist()
 
 
 # -- the warning -------------------------------------------------------------------------------------------------------
