@@ -164,8 +164,15 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     assert said.count('alt="Displacement of the block that moves furthest') == 3
     table = export.tables(analysis)["response"].loc["along"]
     assert table["kinetic_energy [joule]"].to_numpy() == pytest.approx(result.response.kinetic_energy.to_numpy())
-    with pytest.raises(bs.errors.ModelError, match="ParaView plays a record"):
-        export.write_glb(result, tmp_path / "along.glb")
+    largest = table["largest_displacement [meter]"].max()
+    assert largest == pytest.approx(float(np.linalg.norm(result.response.displacement, axis=2).max()))
+    export.write_glb(result, tmp_path / "along.glb")
+    bar, still = result.model.blocks[-1], result.response.displacement.isel(time=-1, block=-1).to_numpy()
+    path = export.write_moved(result, tmp_path / "along.obj", step=-1)
+    moved = bs.imports.read_mesh(path, unit="m", material=bar.material).blocks[-1]
+    np.testing.assert_allclose(moved.centroid, bar.centroid + still, atol=1e-9)
+    with pytest.raises(bs.errors.ModelError, match="no mechanism, stands; give a step"):
+        export.write_moved(result, tmp_path / "along.stl")
 
 
 def test_an_archive_has_the_numbers_of_records(stored):

@@ -523,6 +523,9 @@ class RecordCase(ModelObject):
 
         Its name is ``name``, or by default the name of the case and the factor: ``"pulse × 1.5"``.
         """
+        if not np.isfinite(factor):
+            msg = f"{label(self)}: scaled by {factor:g}; give a finite number"
+            raise ModelError(msg)
         values = np.array(self.acceleration) * factor
         acceleration = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())
         other: RecordCase = changed(self, name=name or f"{self.name} × {factor:g}", acceleration=acceleration)
