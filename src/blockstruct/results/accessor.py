@@ -74,7 +74,7 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
     what, dim, place = "capacity curve", "step", ["displacement"]
     if "time" in capacity.dims:
         what, dim, place = "response", "time", []
-        largest = np.sqrt((capacity["displacement"] ** 2).sum("axis")).max("block")
+        largest = (capacity["displacement"] ** 2).sum("axis").max("block") ** 0.5
         capacity = capacity.assign(largest_displacement=largest.assign_attrs(units="meter"))
     names = [str(name) for name in capacity.data_vars if dim in capacity[name].dims]
     if variable is not None and variable not in names:
@@ -90,7 +90,7 @@ def _frame(data: xr.Dataset, keep: Collection[Hashable]) -> pd.DataFrame:
     units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.variables}
     titles = {name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"}
     frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
-    return frame.rename(columns=titles).rename_axis(index=titles)
+    return frame.rename(columns=titles).rename_axis([titles.get(str(name), str(name)) for name in frame.index.names])
 
 
 @xr.register_dataset_accessor("blockstruct")  # type: ignore[no-untyped-call]

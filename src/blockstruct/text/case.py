@@ -354,17 +354,15 @@ def response_sentences(
     return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
 
 
-#: Name of the number of a response, which :func:`response_number` writes.
-LARGEST_DISPLACEMENT = "largest displacement"
-
-
-def response_number(largest: float, collapse_time: float) -> str:
-    """Return the largest displacement, m, of a response, or the time, s, at which the structure falls.
+def response_number(largest: float, collapse_time: float) -> tuple[str, str]:
+    """Return name and text of the largest displacement, m, of a response, or of the time, s, of its collapse.
 
     >>> response_number(0.0312, float("nan")), response_number(2.5, 3.21)
-    ('31.2 mm', 'falls at 3.21 s')
+    (('largest displacement', '31.2 mm'), ('time of collapse', '3.21 s'))
     """
-    return f"{1e3 * largest:.4g} mm" if np.isnan(collapse_time) else f"falls at {collapse_time:.4g} s"
+    if np.isnan(collapse_time):
+        return "largest displacement", f"{1e3 * largest:.4g} mm"
+    return "time of collapse", f"{collapse_time:.4g} s"
 
 
 _OTHER_STEPS = ", so run it with other steps and compare"

@@ -19,7 +19,7 @@ import blockstruct as bs
 from blockstruct.analysis import Listener
 from blockstruct.analysis.events import follow
 from blockstruct.text import study
-from blockstruct.text.case import LARGEST_DISPLACEMENT, response_number
+from blockstruct.text.case import response_number
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.selection import compasses
 from blockstruct.views.words import (
@@ -118,15 +118,15 @@ def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) ->
 
 
 def numbers_column(named: Iterable[tuple[str, str]]) -> tuple[str, list[str], JustifyMethod]:
-    """Return the column of the numbers of cases: load factors, reactions, largest displacements, each with its name."""
+    """Return the column of the numbers of cases: load factors, reactions, displacements, times of collapse."""
     names, numbers = zip(*named, strict=True) if (named := list(named)) else (["load factor"], [])
     return " / ".join(dict.fromkeys(names)), list(numbers), "right"
 
 
 def _number(row: Mapping[Any, Any]) -> tuple[str, str]:
-    """Return name and number of a case: load factor, reaction with its unit, or largest displacement."""
+    """Return name and number of a case: load factor, reaction with its unit, or number of a response."""
     if math.isfinite(largest := row.get("peak_displacement", math.nan)):
-        return LARGEST_DISPLACEMENT, response_number(largest, row["collapse_time"])
+        return response_number(largest, row["collapse_time"])
     for name, unit in (("reaction", "N"), ("reaction_moment", "N·m")):
         if math.isfinite(row.get(name, math.nan)):
             return "reaction", f"{row[name]:.6g} {unit}"

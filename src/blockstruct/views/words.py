@@ -101,10 +101,10 @@ def response_words(result: bs.CaseResult) -> list[str]:
 
 
 def number_words(result: bs.CaseResult, digits: int = 4) -> tuple[str, str]:
-    """Return name and number of a result: load factor, reaction, or largest displacement under a record."""
+    """Return name and number of a result: load factor, reaction, or that of a response."""
     if result.response is None:
         return result.answer.name, result.answer.text(result.load_factor, digits)
-    return case_text.LARGEST_DISPLACEMENT, case_text.response_number(result.peak_displacement, result.collapse_time)
+    return case_text.response_number(result.peak_displacement, result.collapse_time)
 
 
 def without_curve_words(result: bs.CaseResult) -> str:
