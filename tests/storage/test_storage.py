@@ -344,8 +344,7 @@ DATA = Path(__file__).parents[1] / "data"
 
 @pytest.mark.parametrize("version", ["1.0", "2.0"])
 def test_files_of_every_version_are_read_for_ever(version, tmp_path):
-    with pytest.warns(bs.errors.FormatWarning, match="write it anew"):
-        found = bs.open_analysis(DATA / f"analysis-{version}.h5")
+    found = bs.open_analysis(DATA / f"analysis-{version}.h5")
     assert found["rocking"].load_factor == pytest.approx(0.5, rel=1e-6)
     assert found["rocking"].certificate.holds
     assert found.tags == ("kept",)
