@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, get_args
 
-import attrs
 from attrs import field, frozen
 from attrs.validators import optional
 
@@ -14,9 +13,7 @@ from blockstruct.model.fields import (
     LEFT_OUT,
     ModelObject,
     Vector,
-    absent_value,
     checked_tuple,
-    dimensions,
     has_name,
     is_truth,
     label,
@@ -418,51 +415,9 @@ class Moment(ModelObject):
 Load = SelfWeight | BodyForce | PointLoad | FaceLoad | Moment | Weight | LineLoad | AreaLoad | FillLoad
 
 
-@frozen
-class LoadKind:
-    """A kind of load, as documents and files need it.
-
-    Parameters
-    ----------
-    type
-        Class of the load. Its constructor takes all attributes below by name.
-    vectors, quantities
-        Dimension of each vector and of each single quantity, a key of :data:`blockstruct.units.SI_UNITS`.
-    named
-        Attributes that are names or indices.
-    plain
-        Defaults of plain numbers and of booleans.
-    absent
-        Values of optional attributes that were left out.
-    """
-
-    type: Callable[..., Load]
-    vectors: Mapping[str, str]
-    named: tuple[str, ...]
-    plain: Mapping[str, float | bool]
-    quantities: Mapping[str, str]
-    absent: Mapping[str, Any]
-
-    @classmethod
-    def of(cls, kind: Any) -> "LoadKind":
-        """Return the table row of a class of loads."""
-        measured, fields = dimensions(kind), attrs.fields_dict(kind)
-        vectors = {n: d for n, d in measured.items() if Vector in (fields[n].type, *get_args(fields[n].type))}
-        defaults = {n: absent_value(f) for n, f in fields.items() if f.default is not attrs.NOTHING}
-        plain = {n: v for n, v in defaults.items() if isinstance(v, bool) or measured.get(n) == "dimensionless"}
-        return cls(
-            type=kind,
-            vectors=vectors,
-            named=tuple(n for n in fields if n not in measured | plain),
-            plain=plain,
-            quantities={n: d for n, d in measured.items() if n not in vectors | plain},
-            absent={n: v for n, v in defaults.items() if n not in plain},
-        )
-
-
-#: Row of each kind of load, by its name in documents and files.
-LOAD_KINDS: Mapping[str, LoadKind] = MappingProxyType(
-    {snake_case(kind.__name__): LoadKind.of(kind) for kind in get_args(Load)}
+#: Class of each kind of load, by its name in documents and files.
+LOAD_KINDS: Mapping[str, Callable[..., Load]] = MappingProxyType(
+    {snake_case(kind.__name__): kind for kind in get_args(Load)}
 )
 
 

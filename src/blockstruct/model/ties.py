@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, get_args
 
-import attrs
 import numpy as np
 from attrs import field, frozen
 
@@ -477,31 +476,9 @@ def _quantities(kind: Any) -> dict[str, str]:
     return {name: dimension for name, dimension in dimensions(kind).items() if name not in ("start", "end")}
 
 
-@frozen
-class TieKind:
-    """A kind of tie, as documents and files need it.
-
-    Parameters
-    ----------
-    type
-        Class of the tie. Its constructor takes ``name``, ``start``, ``end`` and then ``quantities``.
-    quantities
-        Keys of :data:`TIE_QUANTITIES`.
-    anchored
-        Whether its ends are points of named blocks.
-    """
-
-    type: Callable[..., AnyTie]
-    quantities: tuple[str, ...]
-    anchored: bool
-
-
-#: Row of each kind of tie, by its name in documents and files.
-TIE_KINDS: Mapping[str, TieKind] = MappingProxyType(
-    {
-        snake_case(kind.__name__): TieKind(kind, tuple(_quantities(kind)), attrs.fields(kind).start.type == Anchor)
-        for kind in get_args(AnyTie)
-    }
+#: Class of each kind of tie, by its name in documents and files.
+TIE_KINDS: Mapping[str, Callable[..., AnyTie]] = MappingProxyType(
+    {snake_case(kind.__name__): kind for kind in get_args(AnyTie)}
 )
 #: Dimension of each quantity of ties, a key of :data:`blockstruct.units.SI_UNITS`.
 TIE_QUANTITIES: Mapping[str, str] = MappingProxyType(
@@ -516,7 +493,7 @@ def tie_kind_of(tie: AnyTie) -> str:
 
 def given_quantities(tie: AnyTie) -> dict[str, float]:
     """Return the SI quantities that define a tie, by name."""
-    values = {name: getattr(tie, name) for name in TIE_KINDS[tie_kind_of(tie)].quantities}
+    values = {name: getattr(tie, name) for name in _quantities(type(tie))}
     # A prestress of zero is the same as no prestress.
     return {name: value for name, value in values.items() if value}
 

@@ -1,8 +1,9 @@
 """Write a file: its name and lock, and the folder next to it that keeps the working data of a run.
 
 The folder ``NAME.partial`` holds ``lock``; ``plan``, an analysis file of every case as it was before the run;
-``target``, the stamps of the files that the run may replace and of the file that it has made; and ``<k>.journal`` for the case with index k once it has begun. The plan is made last and removed first: without
-it the rest counts for nothing. The run has ended once the file that it has made has its name.
+``target``, the stamps of the files that the run may replace and of the file that it has made; and ``<k>.journal`` for
+the case with index k once it has begun. The plan is made last and removed first: without it the rest counts for
+nothing. The run has ended once the file that it has made has its name.
 """
 
 import contextlib
