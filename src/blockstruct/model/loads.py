@@ -10,7 +10,12 @@ from attrs.validators import optional
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.fields import (
+    FORCE,
     LEFT_OUT,
+    LENGTH,
+    NUMBER,
+    STRESS,
+    UNIT_WEIGHT,
     ModelObject,
     Vector,
     checked_tuple,
@@ -21,17 +26,15 @@ from blockstruct.model.fields import (
     named_arguments,
     not_negative,
     number,
+    optional_positive,
     optional_scalar,
     optional_vector,
-    positive,
     scalar,
     snake_case,
     unit_vector,
     vector,
 )
 
-_LENGTH = {"dimension": "length"}
-_NUMBER = {"dimension": "dimensionless"}
 _is_downwards = limit(
     lambda weight: weight > 0,
     "give more than zero: weights act downwards. For a lifting force use a PointLoad or a FaceLoad",
@@ -72,9 +75,9 @@ class Weight(ModelObject):
     """
 
     block: str | None = field(default=None, validator=optional(has_name))
-    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=_LENGTH)
-    weight: float = field(default=LEFT_OUT, converter=scalar, validator=_is_downwards, metadata={"dimension": "force"})
-    mass_share: float = field(default=1.0, converter=number, validator=_is_share, metadata=_NUMBER)
+    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=LENGTH)
+    weight: float = field(default=LEFT_OUT, converter=scalar, validator=_is_downwards, metadata=FORCE)
+    mass_share: float = field(default=1.0, converter=number, validator=_is_share, metadata=NUMBER)
 
 
 @frozen(repr=False, field_transformer=named_arguments)
@@ -109,10 +112,10 @@ class LineLoad(ModelObject):
 
     block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
     weight_per_length: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force/length"})
-    start: Vector = field(converter=vector, metadata=_LENGTH)
-    end: Vector = field(converter=vector, metadata=_LENGTH)
+    start: Vector = field(converter=vector, metadata=LENGTH)
+    end: Vector = field(converter=vector, metadata=LENGTH)
     spanning: bool = field(default=False, kw_only=True, validator=is_truth)
-    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=NUMBER)
 
     def __attrs_post_init__(self) -> None:
         if self.start[:2] == self.end[:2]:
@@ -156,11 +159,11 @@ class AreaLoad(ModelObject):
     """
 
     block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
-    weight_per_area: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "stress"})
-    start: Vector | None = field(default=None, converter=optional_vector, metadata=_LENGTH)
-    end: Vector | None = field(default=None, converter=optional_vector, metadata=_LENGTH)
+    weight_per_area: float = field(converter=scalar, validator=_is_downwards, metadata=STRESS)
+    start: Vector | None = field(default=None, converter=optional_vector, metadata=LENGTH)
+    end: Vector | None = field(default=None, converter=optional_vector, metadata=LENGTH)
     spanning: bool = field(default=False, kw_only=True, validator=is_truth)
-    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=NUMBER)
 
     def __attrs_post_init__(self) -> None:
         if (self.start is None) != (self.end is None) or (self.start is None and self.block is None):
@@ -210,13 +213,13 @@ class FillLoad(ModelObject):
     computed: ClassVar = {"level": "length"}
 
     block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
-    unit_weight: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force/volume"})
-    start: Vector = field(converter=vector, metadata=_LENGTH)
-    end: Vector = field(converter=vector, metadata=_LENGTH)
+    unit_weight: float = field(converter=scalar, validator=_is_downwards, metadata=UNIT_WEIGHT)
+    start: Vector = field(converter=vector, metadata=LENGTH)
+    end: Vector = field(converter=vector, metadata=LENGTH)
     lateral_coefficient: float = field(
-        default=0.0, kw_only=True, converter=number, validator=not_negative, metadata=_NUMBER
+        default=0.0, kw_only=True, converter=number, validator=not_negative, metadata=NUMBER
     )
-    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=NUMBER)
 
     def __attrs_post_init__(self) -> None:
         _check_rectangle(self)
@@ -295,7 +298,7 @@ class BodyForce(ModelObject):
         default=1.0,
         converter=number,
         validator=limit(lambda share: share != 0, "give a share of the weight that acts"),
-        metadata={"dimension": "dimensionless"},
+        metadata=NUMBER,
     )
 
 
@@ -318,8 +321,8 @@ class PointLoad(ModelObject):
     """
 
     block: str | None = field(default=None, validator=optional(has_name))
-    point: Vector = field(default=LEFT_OUT, converter=vector, metadata={"dimension": "length"})
-    force: Vector = field(default=LEFT_OUT, converter=vector, metadata={"dimension": "force"})
+    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=LENGTH)
+    force: Vector = field(default=LEFT_OUT, converter=vector, metadata=FORCE)
 
 
 def _is_index(load: Any, _: Any, face: Any) -> None:
@@ -373,11 +376,10 @@ class FaceLoad(ModelObject):
     unit_weight: float | None = field(
         default=None,
         kw_only=True,
-        converter=optional_scalar,
-        validator=positive,
-        metadata={"dimension": "force/volume"},
+        converter=optional_positive,
+        metadata=UNIT_WEIGHT,
     )
-    level: float | None = field(default=None, kw_only=True, converter=optional_scalar, metadata={"dimension": "length"})
+    level: float | None = field(default=None, kw_only=True, converter=optional_scalar, metadata=LENGTH)
 
     def __attrs_pre_init__(
         self, block: Any, face: Any, traction: Any, pressure: Any, unit_weight: Any, level: Any

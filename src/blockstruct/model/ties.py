@@ -13,7 +13,12 @@ from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.triangles import stretches_inside
 from blockstruct.model.block import Block
 from blockstruct.model.fields import (
+    AREA,
+    FORCE,
     LEFT_OUT,
+    LENGTH,
+    NUMBER,
+    STRESS,
     Anchor,
     ModelObject,
     Vector,
@@ -25,6 +30,7 @@ from blockstruct.model.fields import (
     is_anchor,
     label,
     named_arguments,
+    optional_positive,
     optional_scalar,
     positive,
     scalar,
@@ -65,14 +71,14 @@ class TieSegment(ModelObject):
     tie: str
     name: str
     blocks: tuple[str, str]
-    start: Vector = field(metadata={"dimension": "length"})
-    end: Vector = field(metadata={"dimension": "length"})
-    direction: Vector = field(metadata={"dimension": "dimensionless"})
-    capacity: float = field(metadata={"dimension": "force"})
+    start: Vector = field(metadata=LENGTH)
+    end: Vector = field(metadata=LENGTH)
+    direction: Vector = field(metadata=NUMBER)
+    capacity: float = field(metadata=FORCE)
     governing: str
-    bond: tuple[float, float] = field(default=(math.inf, math.inf), metadata={"dimension": "force"})
-    prestress: float = field(default=0.0, metadata={"dimension": "force"})
-    elongation_limit: float = field(default=math.inf, metadata={"dimension": "length"})
+    bond: tuple[float, float] = field(default=(math.inf, math.inf), metadata=FORCE)
+    prestress: float = field(default=0.0, metadata=FORCE)
+    elongation_limit: float = field(default=math.inf, metadata=LENGTH)
 
 
 def anchored(tie: Any, block_at: Callable[[Any], Block]) -> Any:
@@ -121,9 +127,6 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
     if math.dist(a, b) <= NEGLIGIBLE * size:
         msg = f"{who}: both ends are at {a} m, so the tie has no direction; give two points"
         raise ModelError(msg)
-
-
-_LENGTH, _FORCE, _AREA, _STRESS = ({"dimension": d} for d in ("length", "force", "area", "stress"))
 
 
 @frozen(repr=False, field_transformer=named_arguments)
@@ -175,29 +178,17 @@ class Tie(ModelObject):
     computed: ClassVar = {"capacity": "force"}
 
     name: str = field(validator=has_name)
-    start: Anchor = field(converter=anchor, metadata=_LENGTH)
-    end: Anchor = field(converter=anchor, metadata=_LENGTH)
-    yield_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
-    area: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_AREA
-    )
-    strength: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_STRESS
-    )
-    punching_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
-    bond_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
+    start: Anchor = field(converter=anchor, metadata=LENGTH)
+    end: Anchor = field(converter=anchor, metadata=LENGTH)
+    yield_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
+    area: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=AREA)
+    strength: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=STRESS)
+    punching_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
+    bond_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
     prestress: float = field(
         default=LEFT_OUT, kw_only=True, converter=optional_scalar, metadata={"dimension": "force", "absent": 0.0}
     )
-    elongation_limit: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
-    )
+    elongation_limit: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
 
     def __attrs_post_init__(self) -> None:
         who = label(self)
@@ -286,13 +277,11 @@ class Strip(ModelObject):
     governing: ClassVar = "strength"
 
     name: str = field(validator=has_name)
-    start: Anchor = field(converter=anchor, metadata=_LENGTH)
-    end: Anchor = field(converter=anchor, metadata=_LENGTH)
-    area: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_AREA)
-    strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_STRESS)
-    elongation_limit: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
-    )
+    start: Anchor = field(converter=anchor, metadata=LENGTH)
+    end: Anchor = field(converter=anchor, metadata=LENGTH)
+    area: float = field(kw_only=True, converter=scalar, validator=positive, metadata=AREA)
+    strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=STRESS)
+    elongation_limit: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
 
     @property
     def capacity(self) -> float:
@@ -389,19 +378,13 @@ class BondedBar(ModelObject):
     governing: ClassVar = "yield"
 
     name: str = field(validator=has_name)
-    start: Vector = field(converter=vector, metadata=_LENGTH)
-    end: Vector = field(converter=vector, metadata=_LENGTH)
-    diameter: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_LENGTH)
-    bond_strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_STRESS)
-    yield_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
-    strength: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_STRESS
-    )
-    elongation_limit: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
-    )
+    start: Vector = field(converter=vector, metadata=LENGTH)
+    end: Vector = field(converter=vector, metadata=LENGTH)
+    diameter: float = field(kw_only=True, converter=scalar, validator=positive, metadata=LENGTH)
+    bond_strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=STRESS)
+    yield_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
+    strength: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=STRESS)
+    elongation_limit: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
 
     def __attrs_post_init__(self) -> None:
         if (self.yield_force is None) == (self.strength is None):
