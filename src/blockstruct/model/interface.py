@@ -9,18 +9,7 @@ from blockstruct.arrays import ROUNDING, Array
 from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry.polygon import mean_distances, polygon_area
 from blockstruct.geometry.tolerances import NO_AREA
-from blockstruct.model.fields import (
-    AREA,
-    LENGTH,
-    NUMBER,
-    ModelObject,
-    changed,
-    has_name,
-    instance_of,
-    label,
-    named_arguments,
-    store,
-)
+from blockstruct.model.fields import ModelObject, changed, has_name, instance_of, label, named_arguments, store
 from blockstruct.model.materials import JointMaterial
 from blockstruct.units import VectorLike, si_array
 from blockstruct.vocabulary import JointOrientation
@@ -87,12 +76,12 @@ class Interface(ModelObject):
     name: str = field(validator=has_name)
     minus: str = field(validator=has_name)
     plus: str = field(validator=[has_name, _is_other_block])
-    polygon: Array = field(converter=_polygon, repr=False, metadata=LENGTH)
+    polygon: Array = field(converter=_polygon, repr=False, metadata={"dimension": "length"})
     joint_material: JointMaterial = field(validator=instance_of(JointMaterial))
-    area: float = field(init=False, metadata=AREA)
-    centroid: Array = field(init=False, repr=False, metadata=LENGTH)
-    normal: Array = field(init=False, repr=False, metadata=NUMBER)
-    deviation: float = field(init=False, repr=False, metadata=LENGTH)
+    area: float = field(init=False, metadata={"dimension": "area"})
+    centroid: Array = field(init=False, repr=False, metadata={"dimension": "length"})
+    normal: Array = field(init=False, repr=False, metadata={"dimension": "dimensionless"})
+    deviation: float = field(init=False, repr=False, metadata={"dimension": "length"})
 
     def __attrs_post_init__(self) -> None:
         polygon = self.polygon

@@ -19,7 +19,6 @@ from blockstruct.errors import (
     ModelError,
     StudyError,
     UnknownKeywordError,
-    did_you_mean,
     shown,
 )
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
@@ -93,18 +92,13 @@ class Plan:
         ------
         UnknownKeywordError
         """
-        known = inspect.signature(self.build).parameters
-        if any(p.kind is p.VAR_KEYWORD for p in known.values()):
-            return
-        for name in names:
-            if name not in known:
-                msg = f"build {name_of(self.build)}: no parameter {name!r}; {did_you_mean(str(name), known)}"
-                raise UnknownKeywordError(msg)
-        needed = [n for n, p in known.items() if p.default is p.empty and p.kind is not p.VAR_POSITIONAL]
-        missing = [name for name in needed if name not in names]
-        if missing:
-            msg = f"build {name_of(self.build)}: parameters {', '.join(missing)} have no value; give one, or a list"
-            raise UnknownKeywordError(msg)
+        signature = inspect.signature(self.build)
+        try:
+            signature.bind(**names)
+        except TypeError as error:
+            taken = ", ".join(signature.parameters) or "no parameters"
+            msg = f"build {name_of(self.build)}: {error}; it takes {taken}, and the study gives {', '.join(names)}"
+            raise UnknownKeywordError(msg) from error
 
     def pickled(self) -> bytes:
         """Return the plan as bytes, with functions of a script, a notebook or a prompt.
