@@ -132,12 +132,12 @@ def test_a_sharp_toe_meets_a_stop(slope):
     assert alpha[turns] == pytest.approx(np.tan(np.arctan(2 / h) - theta[turns]), rel=1e-3)
 
 
-@pytest.mark.parametrize(("slope", "steps"), [(30, 20), (30, 60), (20, 20)])
+@pytest.mark.parametrize(("slope", "steps"), [(30, 40), (30, 60), (20, 60)])
 def test_a_block_climbs_a_ramp(slope, steps):
     """A block of 0.6 m × 0.3 m slides on the ground and climbs a ramp, 2 m long, until its centre is beyond the top.
 
     Two of its faces share the corner on the ramp. A contact there counted as new, the step became the shortest, and the
-    drop in it ended the curve at 0.43 m with a load factor of zero.
+    drop in it ended the curve at the foot with a load factor of zero.
     """
     angle, phi = np.radians(slope), np.arctan(0.3)
     blocks = [
@@ -147,7 +147,7 @@ def test_a_block_climbs_a_ramp(slope, steps):
     ]
     model = bs.Model("ramp", blocks, bs.detect_interfaces(blocks[:2], SMOOTH))
     curve = run(model, "block", steps=steps).capacity
-    assert float(curve["d0"]) == pytest.approx(2.7, abs=0.02)
+    assert float(curve["d0"]) == pytest.approx(2.7, abs=0.01)
     theta = -curve["rotation"].sel(block="block", axis="y").to_numpy()
     # After the drop at the foot of the ramp, and before the block lies on it.
     climbs = (curve["displacement"].to_numpy() > 0.42) & (theta < angle - 1e-3) & (curve["displacement"].to_numpy() < 1)
