@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import blockstruct as bs
 from blockstruct.limit import Outcome
 from blockstruct.text import assessment as a
 from blockstruct.text import assumptions as assumptions_text
@@ -195,8 +196,8 @@ def test_an_interrupted_building():
 
 
 def test_a_tie_that_reaches_its_limit():
-    lengthens = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
-    assert mechanism_text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (
+    lengthens = (0.5, 0.03, 0.06)
+    assert mechanism_text.tie_sentence("left", 4e4, 4e4, "yield", "yielding", *lengthens) == (
         "Tie left: yielding, 40 kN of 40 kN (yield); it lengthens by 0.5 times the largest block displacement and "
         "reaches its limit of 30 mm at 60 mm, to first order."
     )
@@ -211,12 +212,13 @@ def test_a_tie_that_reaches_its_limit():
     ],
 )
 def test_assumptions_on_corners(small_model, radii, words):
-    flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
-    corners = {f"push {k}": radius for k, radius in enumerate(radii)}
-    scope = assumptions_text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
-    (sentence,) = [
-        s for s in assumptions_text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s
+    dead, pushed = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
+    cases = [
+        bs.Pushover(f"push {k}", dead, pushed, control=("1.1", (1, 0, 0)), corner_rounding=f"{radius} m")
+        for k, radius in enumerate(radii)
     ]
+    sentences = assumptions_text.assumption_sentences(small_model, cases, has_curve=True)
+    (sentence,) = [s for s in sentences if "finite displacements" in s]
     assert sentence.endswith(words)
 
 

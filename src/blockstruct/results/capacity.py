@@ -332,23 +332,4 @@ def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
 
 def response_words(model: Model, response: xr.Dataset) -> list[str]:
     """Return the sentences on a response: largest and remaining displacement, fallen blocks, ties, steps."""
-    last = response.isel(time=-1)
-    at_end = np.linalg.norm(last["displacement"].to_numpy(), axis=1)
-    largest, remaining = (
-        (float(size.max()), str(response["block"].to_numpy()[size.argmax()]))
-        for size in (last["peak_displacement"].to_numpy(), at_end)
-    )
-    ties = []
-    if "tie_break_time" in response:
-        of_ties = (last[name].to_numpy().tolist() for name in ("tie", "peak_tie_elongation", "tie_break_time"))
-        ties = list(zip(*of_ties, strict=True))
-    return response_sentences(
-        largest=largest,
-        remaining=remaining,
-        fallen=fallen_blocks(model, response),
-        ties=ties,
-        crushed=float(last["largest_crushed_depth"]) if "largest_crushed_depth" in last else 0.0,
-        end=float(last["time"]),
-        step=float(response["time_step"]),
-        steps=int(last["steps"]),
-    )
+    return response_sentences(response, fallen_blocks(model, response))

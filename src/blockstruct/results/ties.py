@@ -110,19 +110,7 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
 
 def tie_sentences(history: xr.Dataset) -> list[str]:
     """Return a sentence on each tie in the last iteration of a case."""
-    return [
-        tie_sentence(
-            str(name),
-            row["state"],
-            row[f"force [{_NEWTON}]"],
-            row[f"capacity [{_NEWTON}]"],
-            row["governing"],
-            lengthens=row["elongation"] if row["elongation"] > SLIGHT else 0.0,
-            elongation_limit=row[f"elongation limit [{_METER}]"],
-            at=row[f"displacement at limit [{_METER}]"],
-        )
-        for name, row in ties_at_collapse(history).iterrows()
-    ]
+    return [tie_sentence(*row) for row in ties_at_collapse(history).itertuples(name=None)]
 
 
 def break_points(along: Array, elongation: Array, limit: Array) -> Array:

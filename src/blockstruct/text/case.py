@@ -3,6 +3,7 @@
 from collections.abc import Collection, Sequence
 
 import numpy as np
+import xarray as xr
 
 from blockstruct.limit import Certificate, Outcome
 from blockstruct.model import (
@@ -294,47 +295,24 @@ def tilting_table(angle: float) -> str:
     return f"on a tilting table: falls at {angle:.4g} deg"
 
 
-def response_sentences(
-    *,
-    largest: tuple[float, str],
-    remaining: tuple[float, str],
-    fallen: Sequence[str],
-    ties: Sequence[tuple[str, float, float]],
-    crushed: float,
-    end: float,
-    step: float,
-    steps: int,
-) -> list[str]:
-    """Return the sentences on a response.
-
-    Parameters
-    ----------
-    largest, remaining
-        Largest displacement during the motion and at its end, m, each with its block.
-    fallen
-        Blocks that have fallen.
-    ties
-        Name, largest elongation, m, and time of the break, s, or NaN, of each tie.
-    crushed
-        Largest depth, m, that joints have lost.
-    end
-        Time of the last state, s.
-    step, steps
-        Length of the steps, s, and their number.
-
-    Examples
-    --------
-    >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
-    >>> print(*response_sentences(**at, fallen=[], ties=[], crushed=0, end=8, step=2e-3, steps=4100))
-    The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
-    """
-    sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
+def response_sentences(response: xr.Dataset, fallen: Sequence[str]) -> list[str]:
+    """Return the sentences on a response: its largest and its remaining displacement, fallen blocks, ties, steps."""
+    last, names = response.isel(time=-1), response["block"].to_numpy()
+    peak, left = last["peak_displacement"].to_numpy(), np.linalg.norm(last["displacement"].to_numpy(), axis=1)
+    sentences = [f"The largest displacement is {1e3 * peak.max():.4g} mm, of {names[peak.argmax()]}."]
     if fallen:
-        sentences.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
+        has = "has" if len(fallen) == 1 else "have"
+        sentences.append(f"At {last['time'].item():.4g} s {listed(fallen, FEW)} {has} fallen.")
     else:
-        sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
-    sentences += [*ties_in_motion(ties), *crushed_joints(crushed)]
-    return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+        remain = f"{1e3 * left.max():.4g} mm remain, of {names[left.argmax()]}"
+        sentences.append(f"At the end, {last['time'].item():.4g} s, {remain}.")
+    if "tie_break_time" in last:
+        of_ties = (last[name].to_numpy().tolist() for name in ("tie", "peak_tie_elongation", "tie_break_time"))
+        sentences += ties_in_motion(list(zip(*of_ties, strict=True)))
+    if "largest_crushed_depth" in last:
+        sentences += crushed_joints(last["largest_crushed_depth"].item())
+    steps, longest = int(last["steps"]), float(response["time_step"])
+    return [*sentences, f"It took {steps} steps of at most {1e3 * longest:.4g} ms."]
 
 
 _OTHER_STEPS = ", so run it with other steps and compare"
