@@ -174,7 +174,7 @@ class Verdict:
 g = STANDARD_GRAVITY
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 #: Codes of the notes on the ways to check.
-_CODES = {
+CODES = {
     Way.WITHOUT_SMALL: NoteCode.SMALL_MOTIONS,
     Way.OTHER_MOTION: NoteCode.OTHER_MOTION,
     Way.LOWER_END: NoteCode.RANGE,
@@ -246,7 +246,7 @@ class LocalMechanismCheck:
 
     def __post_init__(self) -> None:
         ratio = self.limit_states[self.relied_on].ratio
-        effects = {_CODES[way.way]: way.effect(ratio) for way in self.others}
+        effects = {CODES[way.way]: way.effect(ratio) for way in self.others}
         ranks = {note: (note.severity is not Severity.WARNING, -effects.get(note.code, 0.0)) for note in self.notes}
         object.__setattr__(self, "notes", tuple(sorted(self.notes, key=ranks.__getitem__)))
 

@@ -9,7 +9,7 @@ import xarray as xr
 
 from blockstruct.arrays import SLIGHT
 from blockstruct.assess.capacity import CapacityCurve, curve_of_pushover, curve_of_rotation, d0_of_weights
-from blockstruct.assess.check import LocalMechanismCheck, WayOfChecking
+from blockstruct.assess.check import CODES, LocalMechanismCheck, WayOfChecking
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Spectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, least_activation, separate_mechanisms
 from blockstruct.assess.limit_states import (
@@ -33,17 +33,12 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import TOGETHER
 from blockstruct.results.ties import tie_state
 from blockstruct.text import assessment
-from blockstruct.text.note import EFFECT, Note, Severity
+from blockstruct.text.note import EFFECT, EFFECTS, Note, Severity
 from blockstruct.vocabulary import Flow, Procedure, Status, TieState, Way, listed
 
 g = STANDARD_GRAVITY
 #: Fact of an outcome that has the load factor of each remedy of a note.
-REMEDIES = {
-    Way.UNIFORM_TORSION: "uniform_torsion",
-    Way.LOWERED_FRICTION: "lowered_friction",
-    Way.BIAXIAL: "biaxial_crushing",
-    Way.OTHER_PROCEDURE: "other_procedure",
-}
+REMEDIES = {way: EFFECTS[code] for way, code in CODES.items() if code in EFFECTS}
 
 
 def local_mechanism(  # noqa: PLR0913

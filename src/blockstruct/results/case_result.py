@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.arrays import Array, Flags
-from blockstruct.errors import ModelError, shown
+from blockstruct.errors import ModelError, check_known
 from blockstruct.limit import Certificate, LimitProblem, Outcome
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
 from blockstruct.limit.settings import ProcedureSettings
@@ -211,9 +211,6 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
 
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
-#: Notes on torsion that its measured effect replaces.
-_OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
-_OF_ELLIPSOID = (NoteCode.ELLIPSOID_TORSION, NoteCode.ELLIPSOID_TORSION_POSSIBLE)
 #: Figures of a result.
 _KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
 
@@ -564,13 +561,8 @@ class CaseResult:
 
         They are ``uniform_torsion``, ``lowered_friction``, ``biaxial_crushing`` and ``other_procedure``.
         """
-        wanted = {
-            "uniform_torsion": any(note.code in _OF_CORNERS for note in self._torsion),
-            "lowered_friction": any(note.code in _OF_ELLIPSOID for note in self._torsion),
-            "biaxial_crushing": self._crushing is not None,
-            "other_procedure": any(note.code in (NoteCode.JAMMED, NoteCode.JAMMED_PART) for note in self._caveats),
-        }
-        return tuple(name for name, needed in wanted.items() if needed)
+        codes = [note.code for note in (*self._cautions, *self._caveats)]
+        return tuple(dict.fromkeys(note_text.EFFECTS[code] for code in codes if code in note_text.EFFECTS))
 
     @property
     def _cells(self) -> Note | None:
@@ -588,38 +580,22 @@ class CaseResult:
 
     @property
     def _cautions(self) -> list[Note]:
-        return [*self._torsion, *filter(None, [self._crushing])]
-
-    @property
-    def _torsion(self) -> list[Note]:
         if self.status is not Status.CONVERGED:
             return []
-        effects = [
-            self._effect(code, changed)
-            for code, changed in (
-                (NoteCode.CORNER_TORSION, self.outcome.uniform_torsion),
-                (NoteCode.ELLIPSOID_TORSION, self.outcome.lowered_friction),
-            )
-            if not np.isnan(changed)
+        changed = {code: getattr(self.outcome, note_text.EFFECTS[code]) for code in note_text.REMEDIES}
+        known = {code: number for code, number in changed.items() if not np.isnan(number)}
+        is_estimate, answer = self.outcome.estimated, self.answer
+        notes = [
+            note_text.effect_note(code, self.load_factor, number, answer, is_estimate=is_estimate)
+            for code, number in known.items()
         ]
-        # In narrow joints the first remedy leaves much of the excess.
-        limited = not np.isnan(self.outcome.uniform_torsion)
-        found = torsion_notes(self.model, self.history, self.answer.name, limited=limited)
-        rest = [] if not np.isnan(self.outcome.lowered_friction) else found
-        return [*filter(None, effects), *rest]
-
-    @property
-    def _crushing(self) -> Note | None:
-        if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
-            return None
-        changed = self.outcome.biaxial_crushing
-        if np.isfinite(changed):
-            return self._effect(NoteCode.BIAXIAL_CRUSHING, changed)
-        return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
-
-    def _effect(self, code: NoteCode, changed: float) -> Note | None:
-        """Return the note on a changed load factor."""
-        return note_text.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
+        if NoteCode.ELLIPSOID_TORSION not in known:
+            # In narrow joints the first remedy leaves much of the excess.
+            limited = NoteCode.CORNER_TORSION in known
+            notes += torsion_notes(self.model, self.history, answer.name, limited=limited)
+        if NoteCode.BIAXIAL_CRUSHING not in known and self.settings.crushing_interaction != "biaxial":
+            notes.append(biaxial_crushing(self.history, is_reaction=answer.is_reaction))
+        return [note for note in notes if note is not None]
 
     def final_problem(self, statics: Statics) -> LimitProblem:
         """Return the limit problem of the last iteration: without crushing, if crushing raised the load factor."""
@@ -708,15 +684,13 @@ class CaseResult:
 
         Raises
         ------
-        ModelError
+        UnknownNameError
             If the kind is unknown.
         MissingExtraError
             Without the extra ``viz``.
         """
         kind = kind or ("mechanism" if self._moves else "structure")
-        if kind not in _KINDS:
-            msg = f"case {self.name!r}: no figure {shown(kind)}; give one of {', '.join(_KINDS)}"
-            raise ModelError(msg)
+        check_known(kind, _KINDS, f"case {self.name!r}: no figure")
         # Views stand above results, and are loaded by name when they are used.
         return getattr(import_module("blockstruct.views.figures"), kind)(self, **options)
 
