@@ -218,7 +218,8 @@ def report(
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
-    checks = verification.checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
+    wanted = {"confidence_factor": confidence_factor, "knowledge_level": knowledge_level, "method": method}
+    checks = verification.checks_of(analysis, spectrum, mode, case, wanted)
     _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it=show_it)
 
 
@@ -310,10 +311,7 @@ def _written(path: Path, *, show_it: bool = False) -> None:
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    from blockstruct.views.output import write_csv
+    from blockstruct.views.output import target_with, write_csv
 
-    if path.suffix.lower() != ".csv":
-        msg = f"{path}: give a name that ends in .csv"
-        raise bs.errors.StorageError(msg)
-    write_csv(frame, path)
+    write_csv(frame, target_with(path, ".csv"))
     say(f"{path}: {counted(len(frame), 'row')}")
