@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
+from blockstruct.errors import ModelError, StorageError, UnknownNameError, check_known, shown
 from blockstruct.files import csv_text, writing
 from blockstruct.results import interfaces
 from blockstruct.units import Q_
@@ -38,12 +38,10 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
         data = history[[variable]]
     elif variable == "state":
         data = interfaces.contact_state(history).to_dataset(name="state")
-    elif variable in ("force", "moment", "eccentricity"):
-        data = interfaces.interface_resultants(history)[[variable]]
     else:
-        known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
-        msg = f"history: no variable {shown(variable)}; it has {', '.join(known)}"
-        raise UnknownNameError(msg)
+        resultants = interfaces.interface_resultants(history)
+        check_known(variable, [*map(str, history.data_vars), "state", *map(str, resultants)], "history: no variable")
+        data = resultants[[variable]]
     if "contact_point" in data.dims:
         of_point = ("contact_point", data["contact_point"].to_numpy())
         data = data.drop_vars("contact_point").assign_coords(interface_of_contact_point=of_point)
@@ -74,9 +72,8 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
     if "time" in capacity.dims:
         what, dim, place = "response", "time", []
     names = [str(name) for name in capacity.data_vars if dim in capacity[name].dims]
-    if variable is not None and variable not in names:
-        msg = f"{what}: no variable {shown(variable)}; it has {', '.join(names)}"
-        raise UnknownNameError(msg)
+    if variable is not None:
+        check_known(variable, names, f"{what}: no variable")
     chosen = [variable] if variable else [name for name in names if capacity[name].dims == (dim,)]
     data = capacity[chosen].reset_coords(place)
     return _frame(data[[*place, *chosen]], set(data.dims))
@@ -223,9 +220,7 @@ class HistoryAccessor:
         UnknownNameError
             If the history does not have the variable or a name.
         """
-        if variable not in self._ds:
-            msg = f"history: no variable {shown(variable)}; it has {', '.join(map(str, self._ds.data_vars))}"
-            raise UnknownNameError(msg)
+        check_known(variable, map(str, self._ds.variables), "history: no variable")
         array = self._ds[variable]
         try:
             names = {d: v for d, v in selection.items() if isinstance(v, str)}
@@ -294,14 +289,9 @@ class HistoryAccessor:
 
         The state may be alone or combined.
         """
-        known = [s.value for s in ContactState]
-        if state not in known:
-            msg = f"history: no state {shown(state)}; give one of {', '.join(known)}"
-            raise UnknownNameError(msg)
-        states = interfaces.contact_state(history).transpose("iteration", "interface").to_numpy()
-        values, index = np.unique(states.astype(str), return_inverse=True)
-        of_value = np.array([state in value.split(" + ") for value in values], dtype=bool)
-        return of_value[index].reshape(states.shape)
+        check_known(state, list(ContactState), "history: no state")
+        states = interfaces.contact_state(history).transpose("iteration", "interface")
+        return np.asarray(states.str.contains(state))
 
 
 def _quantity(array: xr.DataArray) -> Any:

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
 from textwrap import indent
 from typing import Any
 
@@ -324,12 +325,13 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
             {
                 "name": r.name,
                 "flow": r.case.flow.value,
-                "status": r.status.value,
+                **asdict(r.outcome),
                 "load_factor": None if r.answer.is_reaction else r.load_factor,
+                "hung": r.hung,
+                "jammed": r.jammed,
                 "reaction": _reaction(r),
                 "iterations": r.n_iterations,
                 "duration": r.duration,
-                **_outcome(r),
                 "path_dependence": r.path_dependence,
                 "text": str(r.headline),
                 "warnings": [*r.warnings, *r.owed, *_of_curve(r)],
@@ -388,22 +390,6 @@ def _headline(headline: bs.results.Headline) -> dict[str, Any]:
         "status": headline.status.value,
         "settled": headline.settled,
         "text": str(headline),
-    }
-
-
-def _outcome(r: bs.CaseResult) -> dict[str, Any]:
-    """Return the outcome of a case as plain values."""
-    o = r.outcome
-    return {
-        "reason": o.reason.value,
-        "procedure": o.procedure and o.procedure.value,
-        "settled": o.settled,
-        "drift": o.drift,
-        "peak": o.peak,
-        "path_end": o.path_end and o.path_end.value,
-        "without_crushing": o.without_crushing,
-        "hung": list(r.hung),
-        "jammed": list(r.jammed),
     }
 
 

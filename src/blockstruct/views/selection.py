@@ -7,7 +7,6 @@ import xarray as xr
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
-from blockstruct.vocabulary import listed
 
 
 def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
@@ -44,9 +43,7 @@ def chosen_interface(model: bs.Model, name: str) -> int:
         If no interface has the name.
     """
     names = [i.name for i in model.interfaces]
-    if name not in names:
-        msg = f"model {model.name!r}: no interface {name!r}; it has {listed(names)}"
-        raise bs.errors.UnknownNameError(msg)
+    bs.errors.check_known(name, names, f"model {model.name!r}: no interface")
     return names.index(name)
 
 

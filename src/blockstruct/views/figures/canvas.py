@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from heapq import heapify, heappop, heappush
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -65,24 +64,16 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
     ahead: list[list[int]] = [[] for _ in depth]
     for behind, ahead_of_it in pairs.tolist():
         ahead[behind].append(ahead_of_it)
-    waiting = [(depth[k], int(k)) for k in np.flatnonzero(before == 0)]
-    heapify(waiting)
-    rank, left = np.full(len(depth), -1), np.argsort(depth, kind="stable").tolist()[::-1]
+    # Interlocking blocks each lie partly in front of the next: if all wait, the farthest goes first.
+    place = depth + (np.ptp(depth) + 1) * (before > 0)
+    rank = np.empty(len(depth), dtype=np.int64)
     for turn in range(len(depth)):
-        while waiting and rank[waiting[0][1]] >= 0:
-            heappop(waiting)
-        if waiting:
-            _, k = heappop(waiting)
-        else:
-            # Interlocking blocks each lie partly in front of the next: then the farthest goes first.
-            while rank[left[-1]] >= 0:
-                left.pop()
-            k = left.pop()
-        rank[k] = turn
+        k = int(place.argmin())
+        rank[k], place[k] = turn, np.inf
         for other in ahead[k]:
             before[other] -= 1
-            if before[other] == 0 and rank[other] < 0:
-                heappush(waiting, (depth[other], other))
+            if before[other] == 0 and np.isfinite(place[other]):
+                place[other] = depth[other]
     return rank
 
 

@@ -152,9 +152,7 @@ def write_figures(
     StorageError
         If the folder cannot be written to.
     """
-    if file_format not in _FORMATS:
-        msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"
-        raise bs.errors.ModelError(msg)
+    bs.errors.check_known(file_format, _FORMATS, "write_figures: format")
     named = _file_names([r.name for r in shown_results(analysis)])
     sheets = {named[r.name]: drawings(r, look=look) for r in shown_results(analysis)}
     if not any(sheets.values()):

@@ -88,17 +88,15 @@ def structure(
         stress blocks are asked for and no joint has a compressive strength.
     """
     colour = color or colour
-    draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}.get(colour)
-    if draw is None:
-        msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
-        raise bs.errors.ModelError(msg)
+    draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}
+    bs.errors.check_known(colour, draw, "structure: colour")
     lines, handles, index = None, dict[str, Any](), -1
     if isinstance(shown, bs.Model):
         model = shown
     else:
         result = given_result(shown, "structure")
         index = chosen_iteration(result, iteration)
-        lines, handles = draw(result, index)
+        lines, handles = draw[colour](result, index)
         model = result.model
     canvas = Canvas.of(shown, ax, look)
     canvas.bodies(canvas.solids.vertices, stones(model), lines)
@@ -282,9 +280,7 @@ def mechanism(
         As :func:`structure`, and if the amplitude is not a length.
     """
     colour = color or colour
-    if colour not in ("displacement", "macro-block"):
-        msg = f"mechanism: colour {colour!r}; give 'displacement' or 'macro-block'"
-        raise bs.errors.ModelError(msg)
+    bs.errors.check_known(colour, ("displacement", "macro-block"), "mechanism: colour")
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     solids = Solids.of(result.model)
     length = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
@@ -426,16 +422,14 @@ def forces(
         As :func:`structure`, and if ``at`` is unknown or the iteration has no forces.
     """
     index = chosen_iteration(given_result(result, "forces"), iteration)
+    bs.errors.check_known(at, ("interfaces", "contact points"), "forces: at")
     if at == "interfaces":
         points, force = application_points(result, index)
         acts = np.isfinite(points).all(axis=1)
-    elif at == "contact points":
+    else:
         history = result.history.isel(iteration=index)
         points, force = history["contact_point_position"].to_numpy(), contact_forces(history)
         acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
-    else:
-        msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
-        raise bs.errors.ModelError(msg)
     if not acts.any():
         msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
         raise bs.errors.ModelError(msg)

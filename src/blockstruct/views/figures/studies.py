@@ -150,9 +150,8 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     if case is None and len(names) != 1:
         msg = f"distribution: the study has the cases {', '.join(map(repr, names)) or 'none'}; name one, case=…"
         raise bs.errors.ModelError(msg)
-    if case is not None and case not in names:
-        msg = f"distribution: no case {case!r}; the study has {', '.join(map(repr, names))}"
-        raise bs.errors.UnknownNameError(msg)
+    if case is not None:
+        bs.errors.check_known(case, names, "distribution: no case")
     chosen = data.sel(case=[case or names[0]])
     summary = bs.studies.summary(chosen, confidence=confidence).isel(case=0)
     status = chosen["status"].to_numpy().ravel()

@@ -26,13 +26,11 @@ from blockstruct.arrays import Array
 from blockstruct.units import readable
 from blockstruct.views import style, words
 from blockstruct.views.console import plain
-from blockstruct.views.output import write_text
+from blockstruct.views.output import target_with, write_text
 from blockstruct.views.selection import moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
 from blockstruct.views.style import parts
 
-#: Suffixes of files that are not pages.
-_NO_PAGES = (".pdf", ".png", ".svg")
 #: Shows the page in a cell and takes over the name of the picked block or interface.
 _WIDGET = """
 export default { render({ model, el }) {
@@ -60,12 +58,10 @@ def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
     ModelError
         If no case of the analysis has an iteration.
     StorageError
-        If the path cannot be written, or has the suffix of another kind of file.
+        If the path does not end in ``.html`` or cannot be written.
     """
-    if Path(path).suffix.lower() in _NO_PAGES:
-        msg = f"{path}: a view is a page; give a name that ends in .html"
-        raise bs.errors.StorageError(msg)
-    return write_text(page_html(analysis), path)
+    target = target_with(path, ".html", ".htm")
+    return write_text(page_html(analysis), target)
 
 
 def page_html(analysis: bs.Analysis) -> str:
