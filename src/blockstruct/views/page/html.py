@@ -10,9 +10,7 @@ import json
 import re
 import zlib
 from collections.abc import Mapping
-from functools import cached_property
 from html import escape
-from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -30,24 +28,6 @@ from blockstruct.views.output import target_with, write_text
 from blockstruct.views.selection import moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
 from blockstruct.views.style import parts
-
-#: Shows the page in a cell and takes over the name of the picked block or interface.
-_WIDGET = """
-export default { render({ model, el }) {
-  const frame = document.createElement("iframe");
-  frame.srcdoc = model.get("page");
-  frame.sandbox = "allow-scripts allow-downloads";
-  frame.style = `width: 100%; height: ${model.get("height")}px; border: 0`;
-  const listen = event => {
-    if (event.source !== frame.contentWindow || !event.data.blockstruct) return;
-    model.set("picked", event.data.blockstruct.name);
-    model.save_changes();
-  };
-  window.addEventListener("message", listen);
-  el.append(frame);
-  return () => window.removeEventListener("message", listen);
-} };
-"""
 
 
 def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
@@ -92,7 +72,6 @@ class NotebookPage:
     """The interactive page of an analysis, as the value of a cell.
 
     The page is part of the notebook: it works in a saved notebook, without a kernel and without a network.
-    :attr:`widget` shows the same page in a running notebook, and :attr:`picked` is the name picked there.
 
     Parameters
     ----------
@@ -112,22 +91,6 @@ class NotebookPage:
         self._page = page_html(analysis)
         self._height = height
 
-    @cached_property
-    def widget(self) -> Any:
-        """The page as a widget, which needs ``pip install "blockstruct[notebook]"``.
-
-        Raises
-        ------
-        MissingExtraError
-            If anywidget is not installed.
-        """
-        return _widget(self._page, self._height)
-
-    @property
-    def picked(self) -> str | None:
-        """Name of the interface or block picked last in the widget; None before the first pick."""
-        return self.widget.picked or None
-
     def __repr__(self) -> str:
         return f"<page of {self._name!r}>"
 
@@ -136,21 +99,6 @@ class NotebookPage:
             f'<iframe srcdoc="{escape(self._page)}" sandbox="allow-scripts allow-downloads" '
             f'style="width: 100%; height: {self._height}px; border: 0"></iframe>'
         )
-
-
-def _widget(page: str, height: int) -> Any:
-    """Return a widget that shows a page and keeps the name of the picked block or interface."""
-    try:
-        anywidget, traitlets = import_module("anywidget"), import_module("traitlets")
-    except ModuleNotFoundError as error:
-        raise bs.errors.MissingExtraError.of(error, "notebook", "picks in a notebook") from error
-    contents = {
-        "_esm": _WIDGET,
-        "page": traitlets.Unicode(page).tag(sync=True),
-        "height": traitlets.Int(height).tag(sync=True),
-        "picked": traitlets.Unicode("").tag(sync=True),
-    }
-    return type("Page", (anywidget.AnyWidget,), contents)()
 
 
 def payload(analysis: bs.Analysis) -> dict[str, Any]:
