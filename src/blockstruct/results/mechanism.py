@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from blockstruct.arrays import SLIGHT, Array, Index
-from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model, tie_segments
 from blockstruct.results.interfaces import AT_REST
 from blockstruct.statics.carried import carried_weights
@@ -187,13 +185,11 @@ def body_table(bodies: Sequence[MacroBlock]) -> pd.DataFrame:
     return table
 
 
-def macro_blocks(
-    model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHER, dead: LoadPattern | None = None
-) -> list[MacroBlock]:
+def macro_blocks(model: Model, mechanism: xr.Dataset, dead: LoadPattern | None = None) -> list[MacroBlock]:
     """Return the bodies of a mechanism, moving or at rest, the heaviest first.
 
-    Two blocks belong to one body if their relative velocity is within the tolerance at all corners of a joint between
-    them. It includes opening, sliding and turning.
+    Two blocks belong to one body if their relative velocity is at most 2 % of the largest velocity of any joint, at all
+    corners of a joint between them. It includes opening, sliding and turning.
 
     Parameters
     ----------
@@ -201,19 +197,9 @@ def macro_blocks(
         The structure.
     mechanism
         Its mechanism: :func:`blockstruct.results.mechanism`.
-    tolerance
-        Relative velocity, relative to the largest velocity at any joint, from 0.001 to 1.
     dead
         The dead load, whose weights the blocks carry. Without it, blocks carry no weights.
-
-    Raises
-    ------
-    ModelError
-        If the tolerance is smaller than the accuracy of a certified mechanism.
     """
-    if not isinstance(tolerance, Real) or not SLIGHT <= tolerance <= 1:
-        msg = f"macro_blocks: tolerance {shown(tolerance)}; give a number from {SLIGHT:g} to 1, such as {TOGETHER:g}"
-        raise ModelError(msg)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -236,7 +222,7 @@ def macro_blocks(
     largest = max(float(speeds.max()), np.finfo(float).tiny)
     apart = np.maximum.reduceat(np.linalg.norm(at_plus - at_minus, axis=-1), starts)
     fixed = np.array([b.fixed for b in model.blocks])
-    joined = (apart <= tolerance * largest) & ~fixed[minus] & ~fixed[plus]
+    joined = (apart <= TOGETHER * largest) & ~fixed[minus] & ~fixed[plus]
     graph = coo_array((np.ones(joined.sum()), (minus[joined], plus[joined])), shape=(len(index), len(index)))
     _, body = connected_components(graph, directed=False)
     speed_of_block = np.zeros(len(index))
