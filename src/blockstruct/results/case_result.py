@@ -17,18 +17,8 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion.state import CurveOutcome
 from blockstruct.notebook import html_table
+from blockstruct.results import interfaces
 from blockstruct.results.capacity import DoubtfulPart, doubtful_parts, response_words
-from blockstruct.results.interfaces import (
-    active_joints,
-    at_points,
-    biaxial_crushing,
-    contact_state,
-    crushing_in_cells,
-    interface_resultants,
-    support_reactions,
-    torsion_notes,
-    utilisation,
-)
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
 from blockstruct.statics.statics import Statics
@@ -172,7 +162,7 @@ def failures(history: xr.Dataset) -> str:
 
     The last iteration counts.
     """
-    states = active_joints(history).head(3)["state"]
+    states = interfaces.active_joints(history).head(3)["state"]
     return mechanism_text.failure_clause(zip(states.index.astype(str), states, strict=True))
 
 
@@ -183,9 +173,9 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
     largest, :data:`blockstruct.text.mechanism.SMALL`, are left out.
     """
     last = history.isel(iteration=-1)
-    state = contact_state(last)
+    state = interfaces.contact_state(last)
     index = last["interface_of_contact_point"].to_numpy()
-    force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
+    force, v = (interfaces.at_points(last, name) for name in ("contact_force", "relative_velocity"))
 
     def per_joint(values: Array) -> Array:
         return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
@@ -421,27 +411,27 @@ class CaseResult:
     @property
     def resultants(self) -> xr.Dataset:
         """Resultants: :func:`blockstruct.results.interface_resultants`."""
-        return interface_resultants(self.history)
+        return interfaces.interface_resultants(self.history)
 
     @property
     def support_reactions(self) -> xr.Dataset:
         """Reactions of the supports: :func:`blockstruct.results.support_reactions`."""
-        return support_reactions(self.model, self.case, self.history)
+        return interfaces.support_reactions(self.model, self.case, self.history)
 
     @property
     def states(self) -> xr.DataArray:
         """Interface states: :func:`blockstruct.results.contact_state`."""
-        return contact_state(self.history)
+        return interfaces.contact_state(self.history)
 
     @property
     def utilisation(self) -> xr.Dataset:
         """Utilisation of joints: :func:`blockstruct.results.utilisation`."""
-        return utilisation(self.history)
+        return interfaces.utilisation(self.history)
 
     @property
     def active_joints(self) -> pd.DataFrame:
         """Joints that move at last: :func:`blockstruct.results.active_joints`."""
-        return active_joints(self.history)
+        return interfaces.active_joints(self.history)
 
     @property
     def answer(self) -> Answer:
@@ -566,7 +556,9 @@ class CaseResult:
 
     @property
     def _cells(self) -> Note | None:
-        return crushing_in_cells(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else None
+        if not self.n_iterations:
+            return None
+        return interfaces.crushing_in_cells(self.history, is_reaction=self.answer.is_reaction)
 
     @property
     def _caveats(self) -> tuple[Note, ...]:
@@ -592,9 +584,9 @@ class CaseResult:
         if NoteCode.ELLIPSOID_TORSION not in known:
             # In narrow joints the first remedy leaves much of the excess.
             limited = NoteCode.CORNER_TORSION in known
-            notes += torsion_notes(self.model, self.history, answer.name, limited=limited)
+            notes += interfaces.torsion_notes(self.model, self.history, answer.name, limited=limited)
         if NoteCode.BIAXIAL_CRUSHING not in known and self.settings.crushing_interaction != "biaxial":
-            notes.append(biaxial_crushing(self.history, is_reaction=answer.is_reaction))
+            notes.append(interfaces.biaxial_crushing(self.history, is_reaction=answer.is_reaction))
         return [note for note in notes if note is not None]
 
     def final_problem(self, statics: Statics) -> LimitProblem:

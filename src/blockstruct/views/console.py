@@ -21,15 +21,8 @@ from blockstruct.analysis import Listener
 from blockstruct.analysis.events import follow
 from blockstruct.text import study
 from blockstruct.units import SI_UNITS, short_unit
+from blockstruct.views import words
 from blockstruct.views.selection import compasses
-from blockstruct.views.words import (
-    admissible_words,
-    pushover_words,
-    range_words,
-    response_words,
-    roller_words,
-    tie_words,
-)
 from blockstruct.vocabulary import counted, listed
 
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
@@ -250,15 +243,16 @@ def result_text(result: bs.CaseResult) -> Text:
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.question}\n")
     text.append(f"  {result.headline}\n", style="bold")
-    if reactions := range_words(result):
+    if reactions := words.range_words(result):
         text.append(f"  {reactions}\n")
     for warning in (*result.warnings, *result.owed):
         text.append(f"  warning: {warning}\n", style="bold yellow")
-    left = admissible_words(result)
+    left = words.admissible_words(result)
     if left:
         text.append(f"  {left}\n")
-    for sentence in (*roller_words(result), *tie_words(result), *pushover_words(result), *response_words(result)):
-        text.append(f"  {sentence}\n")
+    for of_kind in (words.roller_words, words.tie_words, words.pushover_words, words.response_words):
+        for sentence in of_kind(result):
+            text.append(f"  {sentence}\n")
     if c is None:
         return text
     if result.status.is_of_dead_load:
