@@ -16,7 +16,7 @@ from blockstruct.results.capacity import (
     response_of,
     response_words,
 )
-from blockstruct.results.case_result import AdmissibleState, CaseResult, Headline
+from blockstruct.results.case_result import AdmissibleState, CaseResult
 from blockstruct.results.comparison import Comparison, compare, compared_curves
 from blockstruct.results.history import history_of
 from blockstruct.results.interfaces import (
@@ -43,6 +43,7 @@ from blockstruct.results.ties import (
 from blockstruct.results.verification import contradictions, recomputed_certificate
 from blockstruct.statics.wrenches import applied_loads
 from blockstruct.text.case import pushed_masses
+from blockstruct.text.headline import Headline
 from blockstruct.text.numbers import LOAD_FACTOR
 
 __all__ = ["AdmissibleState", "Analysis", "CaseResult", "Comparison", "Headline", "HistoryAccessor", "MacroBlock"]

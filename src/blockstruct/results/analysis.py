@@ -18,7 +18,8 @@ from blockstruct.arrays import NEGLIGIBLE
 from blockstruct.errors import ModelError, UnitError, check_known, made_again, shown
 from blockstruct.model import Case, Model, checked_name, checked_text, checked_tuple
 from blockstruct.notebook import html_table, in_notebook
-from blockstruct.results.case_result import CaseResult, Headline
+from blockstruct.results.case_result import CaseResult
+from blockstruct.text.headline import Headline
 from blockstruct.units import Q_, in_si, parse
 from blockstruct.vocabulary import LISTED, Flow, Procedure, Status, counted
 

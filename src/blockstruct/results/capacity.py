@@ -1,7 +1,7 @@
 """Capacity curves and responses to records: every state of blocks in motion as one xarray Dataset."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from blockstruct.motion.state import MotionState, largest_displacement
 from blockstruct.results.ties import break_points
 from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics.moved import Placement
-from blockstruct.text.case import doubtful_part, response_sentences
+from blockstruct.text.case import DoubtfulPart, response_sentences
 from blockstruct.text.note import EFFECT
 from blockstruct.vocabulary import AXES, CurveDoubt
 
@@ -105,35 +105,6 @@ def _values_of(kind: type[MotionState | RecordState], model: Model, arrays: Arra
         values["tie"] = np.array([segment.name for segment in segments], dtype=object)
         values["tie_elongation_limit"] = np.array([segment.elongation_limit for segment in segments])
     return values
-
-
-@dataclass(frozen=True, slots=True)
-class DoubtfulPart:
-    """A part of a capacity curve that may depend on its steps.
-
-    Attributes
-    ----------
-    doubt : CurveDoubt
-    displacement, load_factor : tuple of float
-        Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
-        between the first state and the highest. If the curve begins too high, the first load factor is that of the
-        collapse state.
-    missed : float
-        Work that the step to the last of these states misses, relative to all work so far.
-    procedure : str
-        Procedure of the settings, which found the collapse state.
-    has_ties : bool
-    """
-
-    doubt: CurveDoubt
-    displacement: tuple[float, float]
-    load_factor: tuple[float, float]
-    missed: float
-    procedure: str
-    has_ties: bool
-
-    def __str__(self) -> str:
-        return doubtful_part(**asdict(self))
 
 
 def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.nan) -> list[DoubtfulPart]:

@@ -18,98 +18,18 @@ from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCa
 from blockstruct.motion.state import CurveOutcome
 from blockstruct.notebook import html_table
 from blockstruct.results import interfaces
-from blockstruct.results.capacity import DoubtfulPart, doubtful_parts, response_words
+from blockstruct.results.capacity import doubtful_parts, response_words
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
 from blockstruct.statics.statics import Statics
 from blockstruct.text import case as case_text
 from blockstruct.text import mechanism as mechanism_text
 from blockstruct.text import note as note_text
+from blockstruct.text.case import DoubtfulPart
+from blockstruct.text.headline import Headline
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import LOAD_FACTOR, Answer
+from blockstruct.text.numbers import Answer
 from blockstruct.vocabulary import ContactState, Flow, Stage, Status, shortened
-
-
-@dataclass(frozen=True, slots=True)
-class Headline:
-    """Load factor of a case, with its range and the associative bound.
-
-    Attributes
-    ----------
-    outcome : Outcome
-        How the case ended.
-    flow : Flow
-    associative : float
-        Load factor with associative flow, an upper bound of every other flow rule; infinite if unbounded, NaN if
-        unknown.
-    path_range : tuple of float or None
-        Lowest and highest load factor of the variants of the loading path; None if they were not run.
-    answer : Answer
-        Name and unit of the number. The reaction of a settlement is minus its load factor times a force, so the lowest
-        load factor is the largest reaction.
-    hung : tuple of str
-        Blocks whose dead load depends on self-stress.
-    """
-
-    outcome: Outcome
-    flow: Flow
-    associative: float = np.nan
-    path_range: tuple[float, float] | None = None
-    answer: Answer = field(default=LOAD_FACTOR, repr=False)
-    hung: tuple[str, ...] = ()
-
-    @property
-    def status(self) -> Status:
-        """How the case ended."""
-        return self.outcome.status
-
-    @property
-    def settled(self) -> bool:
-        """Whether the load factor had settled when the procedure ended."""
-        return self.outcome.settled
-
-    @property
-    def load_factor(self) -> float:
-        """Load factor; infinite if unbounded, NaN with any other status."""
-        return self.outcome.load_factor
-
-    @property
-    def lowest(self) -> float:
-        """Load factor, or the lowest of the loading paths if that is lower."""
-        return self.load_factor if self.path_range is None else min(self.load_factor, self.path_range[0])
-
-    @property
-    def highest(self) -> float:
-        """Load factor, or the highest of the loading paths if that is higher."""
-        return self.load_factor if self.path_range is None else max(self.load_factor, self.path_range[1])
-
-    @property
-    def number(self) -> str:
-        """Load factor or reaction to four digits, ``infinite`` or ``none``."""
-        return self.answer.text(self.load_factor, 4)
-
-    @property
-    def range(self) -> str:
-        """Text of the range; empty without variants of the loading path."""
-        return case_text.range_text(self.path_range, self.answer)
-
-    @property
-    def bound(self) -> str:
-        """Text of the bound of a non-associative case; empty if unknown."""
-        if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
-            return ""
-        bounded = np.isfinite(self.associative)
-        return f"associative bound {self.answer.text(self.associative)}" if bounded else "no associative bound"
-
-    def text(self, digits: int = 4) -> str:
-        """Return the sentence on the case, with a number of significant digits."""
-        return case_text.sentence(
-            self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
-        )
-
-    def __str__(self) -> str:
-        return self.text()
-
 
 _FAILING = {
     ContactState.HINGE: "Hinges",
@@ -383,12 +303,12 @@ class CaseResult:
     @property
     def ended(self) -> str:
         """Status of the case, and whether its load factor settled, in words."""
-        return case_text.ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
+        return Headline(self.outcome, self.case.flow).ended
 
     @property
     def message(self) -> str:
         """Why the case ended with its status, without a full stop."""
-        text = case_text.why(self.outcome, self.answer, self.hung)
+        text = Headline(self.outcome, self.case.flow, answer=self.answer, hung=self.hung).why
         if self.status.is_of_dead_load and self.n_iterations:
             text += failures(self.history)
         return f"{text}; {self.damage}" if self.damage else text

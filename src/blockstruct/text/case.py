@@ -1,11 +1,12 @@
 """Sentences on the result of a case: end, number, certificate, curve, response to a record, and pushed masses."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from blockstruct.limit import Certificate, Outcome
+from blockstruct.limit import Certificate
 from blockstruct.model import (
     BodyForce,
     Case,
@@ -22,179 +23,7 @@ from blockstruct.statics.carried import carried_weights
 from blockstruct.statics.wrenches import applied_loads
 from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
-from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
-
-_FOUND_BY = {
-    Procedure.LOADING_PATH: "along its loading path",
-    Procedure.FICTITIOUS: "by fictitious sliding conditions",
-    Procedure.SHIFTED: "by the shifted objective",
-    Procedure.ASSOCIATIVE: "with associative flow",
-}
-_PATH_ENDS = {
-    PathEnd.NO_DEAD_LOAD_STATE: "it found no state under dead load to begin with",
-    PathEnd.STEP_NOT_SOLVED: "one of its steps was not solved",
-    PathEnd.LIMIT_REACHED: "it reached its largest displacement or number of iterations",
-    PathEnd.NOT_CERTIFIED: "no state at its end met the tolerances of the certificate",
-}
-_REASONS = {
-    Reason.CERTIFIED: "the certificate holds",
-    Reason.DEAD_LOAD_NOT_CARRIED: "the joints carry at most {carried:.3g} of the dead load",
-    Reason.DEAD_LOAD_COLLAPSES: (
-        "friction between supports holds {hung} under the dead load in some states of self-stress and not in others"
-    ),
-    Reason.DEAD_LOAD_UNDECIDED: "the solver found neither forces that carry the dead load nor a mechanism",
-    Reason.NEVER_COLLAPSES: "the joints carry any multiple of {load}",
-    Reason.CARRIES_ANY_LOAD: (
-        "the joints can carry any multiple of {load}, which without dilatancy does not exclude collapse"
-    ),
-    Reason.GROWS_WITHOUT_LIMIT: "the {number} grows without limit, and the joints can carry any multiple of {load}",
-    Reason.NEVER_SETTLES: "from {low} to {high} over the last tenfold displacement, and not settled",
-    Reason.JAMS: "still {rising} at {last}, the blocks jam",
-    Reason.PROGRAM_NOT_SOLVED: "the solver did not solve the first program",
-    Reason.NO_CERTIFICATE: "no certificate in {programs}",
-    Reason.NEGATIVE_LOAD_FACTOR: "the only state that was found has a negative load factor",
-    Reason.AT_REST: "at rest after the record",
-    Reason.BLOCKS_FALLEN: "a block has fallen or turned over",
-    Reason.STILL_MOVING: "blocks still move at the end",
-    Reason.STEP_NOT_SOLVED: "a step was not solved, and the response ends there",
-    Reason.INTERRUPTED: "the user stopped the run",
-    Reason.KILLED: "the run was killed",
-    Reason.NOT_BEGUN: "no program was solved",
-}
-_WITHOUT_NUMBER = {
-    Status.UNSTABLE: "does not stand under its dead load",
-    Status.UNBOUNDED: "never collapses",
-    Status.INTERRUPTED: "interrupted",
-    Status.STANDS: "stands",
-    Status.COLLAPSES: "collapses at {time:.4g} s",
-    Status.UNDECIDED: "undecided",
-}
-
-
-def found_by(outcome: Outcome) -> str:
-    """Return how the load factor was found, as in ``"along its loading path"``; empty without one."""
-    return _FOUND_BY[outcome.procedure] if outcome.procedure is not None else ""
-
-
-def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
-    """Return why a case ended with its status, without a full stop.
-
-    If a loading path was followed and not closed, the text states why.
-    """
-    low, high = answer.ends(outcome.drift or (np.nan, np.nan))
-    text = _REASONS[outcome.reason].format(
-        carried=outcome.carried,
-        hung=listed(hung, FEW) or "the structure",
-        load="this motion of the supports" if answer.is_reaction else "the variable load",
-        number=answer.name,
-        rising="falling" if answer.is_reaction else "rising",
-        last=low if answer.is_reaction else high,
-        low=low,
-        high=high,
-        programs=counted(outcome.programs, "program"),
-    )
-    if outcome.path_end not in (None, PathEnd.CLOSED):
-        text += f"; the loading path did not finish: {_PATH_ENDS[outcome.path_end]}"
-    if np.isfinite(outcome.load_ratio):
-        text += (
-            f"; the loads of two blocks that touch differ by a factor of {outcome.load_ratio:.1e}, too much for the "
-            "solver: give plates and wedges between heavy blocks no weight, or more"
-        )
-    return text
-
-
-def ended(outcome: Outcome, *, has_procedure: bool) -> str:
-    """Return how a case ended in two or three words, such as ``"NOT SETTLED"``.
-
-    Parameters
-    ----------
-    outcome
-        The outcome.
-    has_procedure
-        Whether the case is non-associative, so that a load factor may be unsettled.
-    """
-    if outcome.status is not Status.CONVERGED or not has_procedure:
-        return outcome.status.words
-    return outcome.status.words if outcome.settled else "NOT SETTLED"
-
-
-def range_text(ends: tuple[float, float] | None, answer: Answer) -> str:
-    """Return the range of a load factor over the variants of its loading path; empty without one."""
-    if ends is None:
-        return ""
-    low, high = answer.ends(ends)
-    if low == high:
-        return "unchanged with other steps and joint stiffness"
-    return f"{low} to {high} by step length and joint stiffness"
-
-
-def sentence(
-    outcome: Outcome,
-    answer: Answer,
-    *,
-    bound: float = np.nan,
-    path_range: tuple[float, float] | None = None,
-    hung: Sequence[str] = (),
-    digits: int = 4,
-) -> str:
-    """Return how a case ended, its number, how it was found and between which limits it lies.
-
-    Parameters
-    ----------
-    outcome, answer
-        The outcome, and the name of its number.
-    bound
-        Load factor with associative flow, an upper bound; infinite if it has none, NaN if unknown.
-    path_range
-        Lowest and highest load factor of the variants of the loading path.
-    hung
-        Blocks that stand under their dead load only in some states of self-stress.
-    digits
-        Significant digits of the number, its bound and its peak.
-
-    Examples
-    --------
-    >>> from blockstruct.limit import Outcome
-    >>> from blockstruct.text.numbers import LOAD_FACTOR
-    >>> from blockstruct.vocabulary import Procedure, Reason, Status
-    >>> found = Outcome(Status.CONVERGED, 0.5509, Reason.CERTIFIED, Procedure.LOADING_PATH, settled=True)
-    >>> sentence(found, LOAD_FACTOR, bound=0.7498)
-    'collapses at load factor 0.5509 along its loading path (certified; associative bound 0.7498)'
-    """
-    if outcome.status is not Status.CONVERGED:
-        text = _WITHOUT_NUMBER.get(outcome.status, f"no {answer.name}").format(time=outcome.collapse_time)
-        return f"{text}: {why(outcome, answer, hung)}"
-    number, bounds = answer.text(outcome.load_factor, digits), []
-    if path_range is not None:
-        bounds.append(range_text(path_range, answer))
-    last = "" if outcome.drift is None else "{} to {}".format(*answer.ends(outcome.drift))
-    if np.isfinite(outcome.without_crushing):
-        bounds.append(f"without crushing; with crushing {last}")
-    elif last and not outcome.settled:
-        bounds.append(f"its last values are {last}")
-    bounds.append("certified")
-    if outcome.procedure is Procedure.ASSOCIATIVE:
-        bounds.append("a bound of every other flow rule")
-    elif np.isfinite(bound):
-        bounds.append(f"associative bound {answer.text(bound, digits)}")
-    elif np.isinf(bound):
-        bounds.append("no associative bound")
-    verb = "follows its supports at a" if answer.is_reaction else "collapses at"
-    text = f"{verb} {answer.name} {'of ' * answer.is_reaction}{number} {found_by(outcome)} ({'; '.join(bounds)})"
-    if np.isfinite(outcome.peak):
-        text += f" after {_peak(outcome, answer, digits)}"
-    if not outcome.settled:
-        text = f"NOT SETTLED, {text}"
-    if outcome.stands_in:
-        text += f". The loading path did not finish: {_PATH_ENDS[outcome.path_end or PathEnd.NOT_CERTIFIED]}"
-    return text
-
-
-def _peak(outcome: Outcome, answer: Answer, digits: int) -> str:
-    peak = answer.text(outcome.peak, digits)
-    if answer.is_reaction:
-        return f"a least reaction of {peak} on the way"
-    return f"a peak of {peak}: a load that is not reduced brings it down at the peak"
+from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, Status, counted, listed
 
 
 def capitalised(text: str) -> str:
@@ -392,55 +221,59 @@ def _shown(direction: tuple[float, ...]) -> str:
     return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
 
 
-def doubtful_part(
-    doubt: CurveDoubt,
-    displacement: tuple[float, float],
-    load_factor: tuple[float, float],
-    missed: float,
-    procedure: str,
-    *,
-    has_ties: bool,
-) -> str:
-    """Return a clause on a part of a capacity curve that may depend on its steps.
+@dataclass(frozen=True, slots=True)
+class DoubtfulPart:
+    """A part of a capacity curve that may depend on its steps.
 
-    Parameters
+    Attributes
     ----------
-    doubt
-    displacement, load_factor
-        Of the control point, m, and of the states between which the part lies.
-    missed
-        Share of all work so far that the forces miss.
-    procedure
-        Procedure that found the collapse state.
-    has_ties
-        Whether the structure has ties.
+    doubt : CurveDoubt
+    displacement, load_factor : tuple of float
+        Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
+        between the first state and the highest. If the curve begins too high, the first load factor is that of the
+        collapse state.
+    missed : float
+        Work that the step to the last of these states misses, relative to all work so far.
+    procedure : str
+        Procedure of the settings, which found the collapse state.
+    has_ties : bool
     """
-    before, after = (f"{1e3 * d:.4g} mm" for d in displacement)
-    changes = f"from {load_factor[0]:.4g} to {load_factor[1]:.4g} at a displacement of"
-    match doubt:
-        case CurveDoubt.BEGINS_ABOVE:
-            factors = f"{load_factor[1]:.4g}, above the load factor of the collapse state, {load_factor[0]:.4g}"
-            return f"the curve begins at {factors}: friction leaves more than one collapse state"
-        case CurveDoubt.RISES:
-            tight = ", or ties are pulled tight" if has_ties else ""
-            begun = "" if procedure == "loading path" else _BEGUN
-            return f"the load factor rises {changes} {after}: blocks meet, interlock or jam{tight}{begun}"
-        case CurveDoubt.SLIPS:
-            why = "where units slip and catch a curve depends on its steps"
-            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
-        case CurveDoubt.LEAPS:
-            why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
-            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
-        case CurveDoubt.GOES_BACK:
-            why = "its displacement does not measure the motion there, so follow another point"
-            return f"the control point goes back from {before} to {after}: {why}"
-        case CurveDoubt.MISSES_WORK:
-            work = f"{missed:.1%} of all work is missed in the step from a displacement of {before}"
-            return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
-        case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
-            rock = "rock" if doubt is CurveDoubt.ROCKS else "rock and slide"
-            where = f"up to a displacement of {before}, and {rock} from {after} on"
-            return f"blocks slide {where}: that is known to a step{_OTHER_STEPS}"
+
+    doubt: CurveDoubt
+    displacement: tuple[float, float]
+    load_factor: tuple[float, float]
+    missed: float
+    procedure: str
+    has_ties: bool
+
+    def __str__(self) -> str:
+        before, after = (f"{1e3 * d:.4g} mm" for d in self.displacement)
+        first, last = (f"{alpha:.4g}" for alpha in self.load_factor)
+        changes = f"from {first} to {last} at a displacement of"
+        match self.doubt:
+            case CurveDoubt.BEGINS_ABOVE:
+                above = f"above the load factor of the collapse state, {first}"
+                return f"the curve begins at {last}, {above}: friction leaves more than one collapse state"
+            case CurveDoubt.RISES:
+                tight = ", or ties are pulled tight" if self.has_ties else ""
+                begun = "" if self.procedure == "loading path" else _BEGUN
+                return f"the load factor rises {changes} {after}: blocks meet, interlock or jam{tight}{begun}"
+            case CurveDoubt.SLIPS:
+                why = "where units slip and catch a curve depends on its steps"
+                return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+            case CurveDoubt.LEAPS:
+                why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
+                return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+            case CurveDoubt.GOES_BACK:
+                why = "its displacement does not measure the motion there, so follow another point"
+                return f"the control point goes back from {before} to {after}: {why}"
+            case CurveDoubt.MISSES_WORK:
+                work = f"{self.missed:.1%} of all work is missed in the step from a displacement of {before}"
+                return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
+            case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
+                rock = "rock" if self.doubt is CurveDoubt.ROCKS else "rock and slide"
+                where = f"up to a displacement of {before}, and {rock} from {after} on"
+                return f"blocks slide {where}: that is known to a step{_OTHER_STEPS}"
 
 
 _NAMES = {"weight": "concentrated weights", "line_load": "line loads", "area_load": "area loads", "fill_load": "fill"}
