@@ -277,7 +277,7 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
     # At a stronger site, too, the structure bears a_g,SLD.
     missed = bs.assess.local_mechanism(result, 1.35, SITE.at(0.3 * g), method="displacement", coefficients=few)
     assert (missed.satisfied, missed.ratio < 1) == (False, True)
-    assert missed.limit_state.of_sld
+    assert missed.verdict.state.of_sld
 
 
 def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):

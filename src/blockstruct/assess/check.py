@@ -292,11 +292,6 @@ class LocalMechanismCheck:
         return self.participation.M_star
 
     @property
-    def limit_state(self) -> LimitState:
-        """The limit state that the check relies on, for the motion that governs."""
-        return self.verdict.state
-
-    @property
     def ratio(self) -> float:
         """Capacity over demand to rely on."""
         return self.verdict.ratio
@@ -310,11 +305,6 @@ class LocalMechanismCheck:
     def satisfied(self) -> bool:
         """Whether every way satisfies that limit state, and nothing is left to settle."""
         return self.verdict.satisfied
-
-    @property
-    def outcome(self) -> str:
-        """Whether the check is satisfied, and why if its ratio does not show it."""
-        return self.verdict.outcome
 
     @property
     def sections(self) -> tuple[Section, ...]:

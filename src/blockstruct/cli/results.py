@@ -136,26 +136,18 @@ def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.D
 def archive(
     folder: Annotated[Path, argument("A folder of analysis files.")],
     where: Annotated[str | None, option('Rows to print, such as "load_factor < 0.3".')] = None,
-    all_columns: Annotated[
-        bool, option("Print every column: certificates, joints, settings, times.", "--all-columns")
-    ] = False,
     csv: CsvOption = None,
 ) -> None:
-    """Print a row for each case of the analyses in a folder and its subfolders."""
+    """Print a row for each case of the analyses in a folder and its subfolders; a CSV file has every column."""
     from blockstruct.views.console import archive_table
 
-    archive = bs.Archive(folder)
-    whole = csv is not None or all_columns
-    table = archive.select(where, all_columns=whole)
-    if csv is None:
-        if all_columns:
-            say(table.to_string())
-        else:
-            say_table(archive_table(table))
-        for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
-            say(f"{path}: {problem}")
+    table = bs.Archive(folder).select(where, all_columns=csv is not None)
+    if csv is not None:
+        _write_csv(table.set_index(["path", "case"]), csv)
         return
-    _write_csv(table.set_index(["path", "case"]), csv)
+    say_table(archive_table(table))
+    for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
+        say(f"{path}: {problem}")
 
 
 @app.command()

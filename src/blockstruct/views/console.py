@@ -23,7 +23,7 @@ from blockstruct.text import study
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views import words
 from blockstruct.views.selection import compasses
-from blockstruct.vocabulary import counted, listed
+from blockstruct.vocabulary import counted, in_words, listed
 
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
 _FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
@@ -32,31 +32,39 @@ _NOT_FINITE = ("unstable", "unbounded", "unknown")
 
 
 def study_table(data: xr.Dataset) -> Table:
-    """Return the table of a study, a row per case of each run: parameters, load factor, status, problem."""
-    frame = bs.studies.frame_of(data)
+    """Return the table of a study, a row per case of each run: case, parameters, load factor, status, problem."""
+    frame, most = bs.studies.frame_of(data), pd.get_option("display.max_rows")
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
-    most = pd.get_option("display.max_rows")
-    rows = frame.head(most).to_dict("records")
-    columns = parameter_columns(rows, varied, frame.attrs["units"])
-    columns.append(("case", [row["case"] for row in rows], "left"))
-    columns.append((answer_title(rows), [answer_cell(row) for row in rows], "right"))
-    columns.append(("status", [_ending(row) for row in rows], "left"))
-    table = folded_table(columns)
-    if len(frame) > len(rows):
+    table = _case_table(frame.head(most), ["case"], varied, frame.attrs["units"])
+    if len(frame) > most:
         table.add_row(Text(f"… {len(frame)} rows"))
     return table
 
 
-def parameter_columns(
-    rows: Sequence[Mapping[Any, Any]], names: Sequence[str], units: Mapping[str, str], prefix: str = ""
-) -> list[tuple[str, list[str], JustifyMethod]]:
-    """Return the columns of parameters, with short names and units; a cell is empty if a row has no value."""
-    columns: list[tuple[str, list[str], JustifyMethod]] = []
-    for name, short in zip(names, short_names([name.removeprefix(prefix) for name in names]), strict=True):
+def archive_table(rows: pd.DataFrame) -> Table:
+    """Return the table of rows of :meth:`blockstruct.Archive.table`, without unreadable files."""
+    varied = [str(name) for name in rows.columns if name.startswith("parameter_")]
+    return _case_table(rows[rows["problem"] == ""], ["path", "case"], varied, rows.attrs.get("units", {}))
+
+
+def _case_table(frame: pd.DataFrame, names: Sequence[str], varied: Sequence[str], units: Mapping[str, str]) -> Table:
+    """Return the table of cases with their parameters; a cell is empty if a case has no value."""
+    rows = frame.to_dict("records")
+    columns: list[tuple[str, list[str], JustifyMethod]] = [
+        (name, [row[name] for row in rows], "left") for name in names
+    ]
+    for name, short in zip(varied, short_names([name.removeprefix("parameter_") for name in varied]), strict=True):
         unit = units.get(name, "dimensionless")
         symbol = "" if " or " in unit else short_unit(unit)
         columns.append((f"{short} [{symbol}]" if symbol else short, [_cell(row[name]) for row in rows], "right"))
-    return columns
+    title = "load factor / reaction" if any(_reactions(row) for row in rows) else "load factor"
+    columns.append((title, [_answer(row) for row in rows], "right"))
+    if any(math.isfinite(row.get("curve_end", math.nan)) for row in rows):
+        columns.append(("d0 [m]", [_d0(row) for row in rows], "right"))
+    if "path" in names:
+        columns.append(("programs", [f"{row['n_iterations']:.0f}" for row in rows], "right"))
+    columns.append(("status", [_ending(row) for row in rows], "left"))
+    return folded_table(columns)
 
 
 def _cell(value: Any) -> str:
@@ -67,8 +75,9 @@ def _cell(value: Any) -> str:
 
 def _ending(row: Mapping[Any, Any]) -> str:
     """Return the status of a case, and why its run failed or it has no curve."""
-    why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row["missing_curve"] else "")
-    return ": ".join(filter(None, (status_cell(row), why)))
+    drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
+    why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row.get("missing_curve") else "")
+    return ": ".join(filter(None, ("NOT SETTLED" if drifts else in_words(row["status"]), why)))
 
 
 class FoldedTable(Table):
@@ -109,20 +118,9 @@ def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) ->
     return table
 
 
-def answer_title(rows: Iterable[Mapping[Any, Any]]) -> str:
-    """Return the title of a column of load factors, and reactions if there are any."""
-    return "load factor / reaction" if any(_reactions(row) for row in rows) else "load factor"
-
-
-def answer_cell(row: Mapping[Any, Any]) -> str:
+def _answer(row: Mapping[Any, Any]) -> str:
     """Return the load factor of a case, or the reaction of a settlement with its unit."""
     return (_reactions(row) or [bs.results.LOAD_FACTOR.text(row["load_factor"], 6)])[0]
-
-
-def status_cell(row: Mapping[Any, Any]) -> str:
-    """Return the status of a case, and whether its load factor settled."""
-    drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
-    return "NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
 
 
 def _reactions(row: Mapping[Any, Any]) -> list[str]:
@@ -274,23 +272,6 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
     )
-
-
-def archive_table(rows: pd.DataFrame) -> Table:
-    """Return the table of rows of :meth:`blockstruct.Archive.table`, without unreadable files."""
-    units = rows.attrs.get("units", {})
-    shown = rows[rows["problem"] == ""].to_dict("records")
-    varied = [c for c in rows.columns if c.startswith("parameter_")]
-    columns: list[tuple[str, list[str], JustifyMethod]] = [
-        (name, [row[name] for row in shown], "left") for name in ("path", "case")
-    ]
-    columns += parameter_columns(shown, varied, units, "parameter_")
-    columns.append(("status", [status_cell(row) for row in shown], "left"))
-    columns.append((answer_title(shown), [answer_cell(row) for row in shown], "right"))
-    if any(math.isfinite(row["curve_end"]) for row in shown):
-        columns.append(("d0 [m]", [_d0(row) for row in shown], "right"))
-    columns.append(("programs", [f"{row['n_iterations']:.0f}" for row in shown], "right"))
-    return folded_table(columns)
 
 
 def _d0(row: Mapping[Any, Any]) -> str:

@@ -338,7 +338,8 @@ def response(result: bs.CaseResult, *, block: str = "", ax: Axes | None = None) 
     chosen = names.index(block) if block else int(moved["peak_displacement"].isel(time=-1).to_numpy().argmax())
     displacement = moved["displacement"].isel(block=chosen).to_numpy()
     axis = int(np.abs(displacement).max(axis=0).argmax())
-    time, factor, unit = moved["time"].to_numpy(), *_readable(displacement)
+    time = moved["time"].to_numpy()
+    factor, unit = (1e3, "mm") if np.abs(displacement).max() < 1 else readable(displacement, "m")
     ax = new_axes(ax)
     ground = result.case.ground[:, axis] if isinstance(result.case, bs.RecordCase) else np.zeros(1)
     if np.abs(ground).max() > 0 and isinstance(result.case, bs.RecordCase):
@@ -351,11 +352,6 @@ def response(result: bs.CaseResult, *, block: str = "", ax: Axes | None = None) 
     ax.set(xlabel="time [s]", ylabel=f"displacement along {'xyz'[axis]} [{unit}]")
     legend_above(ax)
     return ax
-
-
-def _readable(values: np.ndarray) -> tuple[float, str]:
-    """Return the factor and unit of displacements: millimetres below one metre."""
-    return (1e3, "mm") if np.abs(values).max() < 1 else readable(values, "m")
 
 
 def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None) -> Axes:

@@ -304,13 +304,13 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         }
     ]
     if check is not None:
-        borne, site = check.limit_state.ag_texts()
+        borne, site = check.verdict.state.ag_texts()
         verdict = check.verdict
         figures += [
             {
                 "what": "capacity / demand",
-                "number": check.limit_state.ratio_text(),
-                "more": [check.relied_on, check.outcome, verdict.figures],
+                "number": check.verdict.state.ratio_text(),
+                "more": [check.relied_on, check.verdict.outcome, verdict.figures],
             },
             {
                 "what": "ground acceleration borne",
@@ -384,7 +384,7 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
     """Return the sentence on other checks whose capacity is below the demand, or that are not satisfied."""
     missed = [(name, check) for name, check in others if check.ratio < 1 or not check.satisfied]
     missed.sort(key=lambda item: item[1].ratio)
-    facts = [(name, check.relied_on, check.ratio, check.outcome) for name, check in missed]
+    facts = [(name, check.relied_on, check.ratio, check.verdict.outcome) for name, check in missed]
     return [report.other_checks(facts)] if facts else []
 
 
