@@ -97,7 +97,7 @@ class NtcSpectrum:
     def CC(self) -> float:
         """Factor of the period, Table 3.2.IV."""
         row = SOILS[self.soil]
-        return row.c * self.Tc_star**-row.e
+        return float(row.c * self.Tc_star**-row.e)
 
     @property
     def ST(self) -> float:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 from plotly.offline import get_plotlyjs
 
 import blockstruct as bs
@@ -243,7 +244,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
         "velocity": _packed(np.array(velocity), "<f2"),
         "share": [solids.drawn_share(solids.displacement(result, i)) for i in range(result.n_iterations)],
         **_bodies(result),
-        "tie": _tie_rows(result),
+        "tie": _tie_rows(bs.ties.tie_state(history), bs.results.tie_forces(history)) if result.model.ties else [],
         **_utilisation(history),
         **_pushover(result, origin),
     }
@@ -260,14 +261,10 @@ def _bodies(result: bs.CaseResult) -> dict[str, Any]:
     }
 
 
-def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
-    """Return state and force of each tie in every iteration."""
-    if not result.model.ties:
-        return []
-    states, force = bs.ties.tie_state(result.history).to_numpy(), bs.results.tie_forces(result.history)
-    return [
-        list(zip(row.tolist(), plain(values.tolist()), strict=True)) for row, values in zip(states, force, strict=True)
-    ]
+def _tie_rows(states: xr.DataArray, *columns: Array) -> list[list[tuple[Any, ...]]]:
+    """Return state, force and elongation of each tie in every iteration or step."""
+    values = (plain(column.tolist()) for column in columns)
+    return [list(zip(*row, strict=True)) for row in zip(states.to_numpy().tolist(), *values, strict=True)]
 
 
 def _loads(result: bs.CaseResult) -> str:
@@ -301,6 +298,10 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     motion = np.concatenate(
         [bs.results.block_rotations(curve).reshape(*curve["rotation"].shape[:2], 9), curve["position"] - origin], 2
     )
+    ties = {}
+    if "tie_force" in curve:
+        columns = (curve[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+        ties = {"tie": _tie_rows(bs.results.pushed_tie_state(result.model, curve), *columns)}
     return {
         "pushover": {
             "displacement": curve["displacement"].to_numpy().tolist(),
@@ -308,19 +309,9 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
             "unit": result.answer.unit or "-",
             "values": curve["reaction" if "reaction" in curve else "load_factor"].to_numpy().tolist(),
             "motion": _packed(motion, "<f4"),
-            **_pushed_ties(result.model, curve),
+            **ties,
         }
     }
-
-
-def _pushed_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
-    """Return state, force and elongation of each tie in every step."""
-    if "tie_force" not in curve:
-        return {}
-    columns = (curve[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
-    states = bs.results.pushed_tie_state(model, curve).to_numpy().tolist()
-    rows = zip(states, *(plain(values.tolist()) for values in columns), strict=True)
-    return {"tie": [list(zip(*row, strict=True)) for row in rows]}
 
 
 def _packed(values: npt.ArrayLike, kind: str) -> str:
