@@ -83,28 +83,29 @@ def history(
         say("\n".join(analysis))
         return
     result = analysis[case]
+    some = slice(-1 if last else None, None)
     if pushover or result.response is not None:
-        _states(result, variable, interface, csv, last=last)
-        return
-    chosen = result.history.isel(iteration=slice(-1 if last else None, None))
-    if variable is None and interface is not None:
-        variable = "force"
-    if variable is None and csv is None:
-        out.print(iteration_table(chosen))
-        return
-    frame = chosen.blockstruct.frame(variable)
-    if interface is not None:
-        frame = _of_interface(frame, interface, chosen.interface.to_numpy().tolist())
+        frame = _states(result, variable, interface, some)
+        if csv is None and variable is None:
+            frame = frame[[name for name in _OF_STATES if name in frame]]
+    else:
+        chosen = result.history.isel(iteration=some)
+        if variable is None and interface is not None:
+            variable = "force"
+        if variable is None and csv is None:
+            out.print(iteration_table(chosen))
+            return
+        frame = chosen.blockstruct.frame(variable)
+        if interface is not None:
+            frame = _of_interface(frame, interface, chosen.interface.to_numpy().tolist())
     if csv is None:
         say(frame.to_string())
     else:
         _write_csv(frame, csv)
 
 
-def _states(
-    result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
-) -> None:
-    """Print the states of a pushover or of a record, or write them to a file."""
+def _states(result: bs.CaseResult, variable: str | None, interface: str | None, some: slice) -> pd.DataFrame:
+    """Return some states of a pushover or of a record."""
     from blockstruct.views.words import without_curve_words
 
     motion, dim = (result.capacity, "step") if result.response is None else (result.response, "time")
@@ -114,11 +115,7 @@ def _states(
     if interface is not None:
         msg = "--interface: moved blocks have no interfaces, contacts are found anew; leave it out"
         raise bs.errors.ModelError(msg)
-    frame = bs.results.capacity_frame(motion.isel({dim: slice(-1 if last else None, None)}), variable)
-    if csv is not None:
-        _write_csv(frame, csv)
-        return
-    say((frame if variable else frame[[name for name in _OF_STATES if name in frame]]).to_string())
+    return bs.results.capacity_frame(motion.isel({dim: some}), variable)
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:

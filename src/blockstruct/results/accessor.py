@@ -196,11 +196,7 @@ class HistoryAccessor:
             ``force`` (N, V_s, V_t) and ``moment`` (torsion M_n, bending M_s, M_t), each (iteration, component), and
             ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities.
         """
-        index = self._index_of(interface)
-        points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
-        alone = self._ds.isel(contact_point=points, interface=[index])
-        alone = alone.assign_coords(interface_of_contact_point=("contact_point", np.zeros(len(points), dtype=int)))
-        resultants = interfaces.interface_resultants(alone).isel(interface=0)
+        resultants = interfaces.interface_resultants(self._ds).isel(interface=self._index_of(interface))
         return {str(name): _quantity(array) for name, array in resultants.data_vars.items()}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
