@@ -87,8 +87,7 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
         factor = si(amplitude, "length", "export: amplitude")
     if shares is None:
         shares = (1 - np.cos(np.linspace(0, 2 * np.pi, _FRAMES + 1))) / 2
-    mechanism = result.mechanism
-    twist = [factor * mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")]
+    twist = np.hsplit(factor * bs.results.twists(result.mechanism), 2)
     moved = [screw_motions(*(share * part for part in twist)) for share in shares]
     time = np.linspace(0, _DURATION, len(shares))
     return Motion(time, np.array([solids.centroids + t for _, t in moved]), np.array([R for R, _ in moved]))
