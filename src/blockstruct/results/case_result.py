@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags
+from blockstruct.arrays import Flags
 from blockstruct.errors import ModelError, check_known
 from blockstruct.limit import Certificate, LimitProblem, Outcome
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
@@ -94,18 +94,15 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
     """
     last = history.isel(iteration=-1)
     state = interfaces.contact_state(last)
-    index = last["interface_of_contact_point"].to_numpy()
     force, v = (interfaces.at_points(last, name) for name in ("contact_force", "relative_velocity"))
 
-    def per_joint(values: Array) -> Array:
-        return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
-
-    friction = per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))
+    pressed, opens = (interfaces.sum_of_points(last, part) for part in (force[:, 0], np.maximum(v[:, 0], 0.0)))
+    friction = interfaces.sum_of_points(last, -np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))
     measures = {
-        ContactState.HINGE: per_joint(force[:, 0]) * per_joint(np.maximum(v[:, 0], 0.0)),
+        ContactState.HINGE: pressed * opens,
         ContactState.SLIDING: friction,
         ContactState.TWISTING: friction,
-        ContactState.CRUSHING: per_joint(np.maximum(-force[:, 0] * v[:, 0], 0.0)),
+        ContactState.CRUSHING: interfaces.sum_of_points(last, np.maximum(-force[:, 0] * v[:, 0], 0.0)),
     }
     joints = {}
     for part, measure in measures.items():
@@ -578,7 +575,7 @@ class CaseResult:
         return "" if plain else case_text.pushed_masses(self.model, self.case)
 
     @property
-    def _moves(self) -> bool:
+    def moves(self) -> bool:
         """Whether the last iteration has a mechanism."""
         return self.n_iterations > 0 and bool(np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all())
 
@@ -601,7 +598,7 @@ class CaseResult:
         MissingExtraError
             Without the extra ``viz``.
         """
-        kind = kind or ("mechanism" if self._moves else "structure")
+        kind = kind or ("mechanism" if self.moves else "structure")
         check_known(kind, _KINDS, f"case {self.name!r}: no figure")
         # Views stand above results, and are loaded by name when they are used.
         return getattr(import_module("blockstruct.views.figures"), kind)(self, **options)
@@ -611,7 +608,7 @@ class CaseResult:
 
         They give the number, notes, moving bodies, failing joints and ties.
         """
-        motion = describe(self.model, self.history, self.case.dead, self.status) if self._moves else ""
+        motion = describe(self.model, self.history, self.case.dead, self.status) if self.moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
         if self.curve_ended:

@@ -176,6 +176,11 @@ def kilonewton(force: float) -> str:
     return f"{force / 1e3:.4g} kN"
 
 
+def weight_text(total: float, carried: float) -> str:
+    """Return the weight of a body and the carried part, N, as text in kN."""
+    return f"{kilonewton(total)}{f', {kilonewton(carried)} of it carried' if carried else ''}"
+
+
 def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:
     """Return a sentence on each support, with its reactions, N and N·m, in the motions that it holds.
 

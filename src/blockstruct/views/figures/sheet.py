@@ -72,7 +72,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         size = _STRUCTURE if of_structure else _DIAGRAM
         drawings.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
 
-    if np.isfinite(last["block_velocity"]).all():
+    if result.moves:
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism)
     plain = (bs.SelfWeight, bs.BodyForce)
     if not all(isinstance(load, plain) for p in result.case.patterns for load in p.loads):

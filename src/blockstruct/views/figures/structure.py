@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
-from blockstruct.text.mechanism import SMALL
+from blockstruct.text.mechanism import SMALL, weight_text
 from blockstruct.units import readable, si
 from blockstruct.views import style
 from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones, verbatim
@@ -310,18 +310,12 @@ def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]
     fill, palette = to_rgba_array(stones(result.model)), to_rgba_array(style.BODY_COLOURS)
     fill[index >= 0] = palette[index[index >= 0] % len(palette)]
     handles = [
-        Patch(facecolor=colour, edgecolor=style.EDGE, label=f"{body.name}: {_weight(body)}")
+        Patch(facecolor=colour, edgecolor=style.EDGE, label=f"{body.name}: {weight_text(body.total, body.carried)}")
         for body, colour in zip(moving, style.BODY_COLOURS, strict=False)
     ]
     if (more := len(moving) - len(handles)) > 0:
         handles.append(Patch(facecolor="none", edgecolor="none", label=f"and {more} more"))
     return fill, handles
-
-
-def _weight(body: bs.results.MacroBlock) -> str:
-    factor, unit = readable(body.total, "N")
-    carried = f", {body.carried * factor:.4g} {unit} of it carried" if body.carried else ""
-    return f"{body.total * factor:.4g} {unit}{carried}"
 
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:

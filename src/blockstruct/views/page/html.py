@@ -252,7 +252,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
 
 def _bodies(result: bs.CaseResult) -> dict[str, Any]:
     """Return the macro-blocks of the last mechanism: the body of each block, −1 at rest."""
-    if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+    if not result.moves:
         return {"body": [-1] * len(result.model.blocks), "bodies": []}
     body, moving = moving_bodies(result, result.n_iterations - 1)
     return {

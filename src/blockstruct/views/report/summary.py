@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct.text import report
-from blockstruct.text.mechanism import SMALL, kilonewton, motion_clause, smaller_bodies
+from blockstruct.text.mechanism import SMALL, motion_clause, smaller_bodies, weight_text
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import shown
 from blockstruct.views import figures
@@ -37,7 +37,7 @@ def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
     The legend lists the heaviest bodies. The others, and bodies below two percent of the moving weight, are one
     entry.
     """
-    if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+    if not result.moves:
         return None
     drawn = picture(Drawing("mechanism", _moves(result), lambda ax: _draw(ax, result), _MECHANISM))
     return drawn | {"bodies": _bodies(result)}
@@ -82,7 +82,7 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
             "name": body.name,
-            "weight": _kilonewtons(body.total, body.carried),
+            "weight": weight_text(body.total, body.carried),
             "motion": motion_clause(body.translation, body.axis, body.centroid, body.speed),
         }
         for k, body in enumerate(large)
@@ -94,15 +94,11 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
             {
                 "colour": "",
                 "name": smaller_bodies(len(small)),
-                "weight": _kilonewtons(*weights),
+                "weight": weight_text(*weights),
                 "motion": "",
             }
         )
     return rows
-
-
-def _kilonewtons(total: float, carried: float) -> str:
-    return f"{kilonewton(total)}{f', {kilonewton(carried)} of it carried' if carried else ''}"
 
 
 def geometry_picture(model: bs.Model) -> dict[str, str]:
