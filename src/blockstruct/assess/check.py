@@ -313,10 +313,7 @@ class LocalMechanismCheck:
         push = ", ".join(f"{value:.4g}" for value in self.direction + 0.0)
         resting = sum(not body.moves for body in self.bodies)
         by_name = {body.name: body for body in self.bodies}
-        a0 = (
-            f"a0* = α0 g / (e* FC) = {shown(self.alpha0)} · {g:g} m/s² / ({shown(whole.e_star)} · "
-            f"{shown(self.confidence_factor)}) = {in_g(self.a0_star, g)}"
-        )
+        a0 = self._activation("α0", self.alpha0, whole.e_star, self.a0_star)
         share = (
             "" if abs(self.alpha0 - r.load_factor) < 1e-12 else f" ({shown(r.load_factor)} · share of the BodyForce)"
         )
@@ -391,10 +388,7 @@ class LocalMechanismCheck:
             return section(of_collapse.name, list(of_collapse.lines), is_detail=True)
         ways = self.verdict.ways
         first = ways[0]
-        a0 = (
-            f"a0* = α g / (e* FC) = {shown(first.alpha)} · {g:g} m/s² / ({shown(first.e_star)} · "
-            f"{shown(self.confidence_factor)}) = {in_g(self.acceleration, g)}"
-        )
+        a0 = self._activation("α", first.alpha, first.e_star, self.acceleration)
         own = [Line("acceleration of this way", a0, "C8.7.1.2.1.1, C8.7.1.2.1.5")]
         each = [
             Line(*assessment.way_line(way.name, way.alpha, way.e_star, way.state.ratio, governs=way is first))
@@ -403,6 +397,11 @@ class LocalMechanismCheck:
         if first.way is Way.COLLAPSE:
             return section(first.state.name, list(first.state.lines), each if len(ways) > 1 else [])
         return section(f"{first.state.name}, {first.name}", own, list(first.state.lines), each)
+
+    def _activation(self, symbol: str, alpha: float, e_star: float, a0: float) -> str:
+        """Return the formula of the acceleration a0*, m/s², that activates a motion."""
+        divisor = f"{shown(e_star)} · {shown(self.confidence_factor)}"
+        return f"a0* = {symbol} g / (e* FC) = {shown(alpha)} · {g:g} m/s² / ({divisor}) = {in_g(a0, g)}"
 
     @property
     def _floor(self) -> str:
