@@ -567,7 +567,7 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bo
     torsion = corner_torsion(model, history)
     if limited:
         torsion = torsion.assign(times=torsion["times_left"], share=torsion["share_left"])
-    weight = sum(block.weight for block in model.blocks if not block.fixed)
+    weight = model.weight
     at_corners = np.array([not limited and i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
     notes = []
     for joints, corners in ((torsion[at_corners], True), (torsion[~at_corners], False)):

@@ -295,7 +295,7 @@ def _of_push(model: Model, case: Case) -> str:
         return ""
     pushed = "accelerated" if is_record else "pushed"
     free = np.array([not b.fixed for b in model.blocks])
-    masonry = sum(b.weight for b in model.blocks if not b.fixed)
+    masonry = model.weight
     carried = carried_weights(model, case.dead)
     names = np.array([_NAMES.get(kind_of(load), "") for load in case.dead.loads], dtype=object)
     parts = []

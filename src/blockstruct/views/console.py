@@ -8,7 +8,6 @@ from dataclasses import asdict
 from textwrap import indent
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
@@ -23,7 +22,7 @@ from blockstruct.text import study
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views import words
 from blockstruct.views.selection import compasses
-from blockstruct.vocabulary import counted, in_words, listed
+from blockstruct.vocabulary import in_words
 
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
 _FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
@@ -214,25 +213,6 @@ def iteration_table(history: xr.Dataset) -> Table:
         cells = [form.format(row[name].item()).replace("_", " ") for name, (_, form) in columns.items()]
         table.add_row(str(row["iteration"].item()), str(row["stage"].item()).replace("_", " "), *cells)
     return table
-
-
-def model_text(model: bs.Model) -> str:
-    """Return name, supports, size and weight of a model."""
-    points = np.concatenate([b.shape.vertices for b in model.blocks])
-    x, y, z = np.ptp(points, axis=0)
-    fixed = [b.name for b in model.blocks if b.fixed]
-    rollers = [f"{b.name} holds {', '.join(b.held)}" for b in model.blocks if b.is_roller]
-    weight = sum(b.weight for b in model.blocks if not b.fixed)
-    text = (
-        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({listed(fixed)})\n"
-        f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
-        f"their weight {weight / 1e3:.4g} kN"
-    )
-    if rollers:
-        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers).replace(', ', '; ')}"
-    if model.ties:
-        text += f"\n{counted(len(model.ties), 'tie')}: {listed([tie.name for tie in model.ties])}"
-    return text
 
 
 def result_text(result: bs.CaseResult) -> Text:

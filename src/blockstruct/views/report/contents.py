@@ -106,7 +106,7 @@ def _model(model: bs.Model) -> list[tuple[str, str]]:
     return [
         ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} fixed (supports)"),
         ("extent of the free blocks along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
-        ("weight of the free blocks", quantity(sum(b.weight for b in free), "N")),
+        ("weight of the free blocks", quantity(model.weight, "N")),
         ("interfaces", f"{len(areas)}: " + ", ".join(f"{n} of {name}" for name, n in joined.items())),
         ("area of an interface", f"{ends} m², {areas.sum():.4g} m² in all"),
     ]
