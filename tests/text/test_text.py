@@ -128,7 +128,7 @@ def test_every_end_has_its_sentence():
             outcome = Outcome(status, 0.3, reason, Procedure.FICTITIOUS, path_end=PathEnd.CLOSED)
             assert headline(outcome).why
             assert headline(outcome).text()
-        assert case_text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
+        assert case_text.certificate_sentence(None, status).endswith(".")
     ends = {headline(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end)).text() for end in PathEnd}
     assert len(ends) == len(PathEnd)
 

@@ -62,15 +62,16 @@ def admissible_state(alpha: float, gap: float, iteration: int, answer: Answer, *
     meaning += f" bound of the {wanted}"
     if not is_associative:
         meaning = f"not the {wanted}, and without dilatancy not {meaning}"
+    gap_unit = "dead load" if answer.is_reaction else "load factor"
     return (
         f"Forces in equilibrium within the strength of all joints were found at {answer.name} {answer.text(alpha)} "
-        f"(iteration {iteration}). They miss the flow rule by {gap:.1e} in units of {_gap_unit(answer)}. "
+        f"(iteration {iteration}). They miss the flow rule by {gap:.1e} in units of the {gap_unit}. "
         f"It is {meaning}."
     )
 
 
-def certificate_sentence(certificate: Certificate | None, status: Status, answer: Answer, *, has_ties: bool) -> str:
-    """Return the sentence on the certificate of a case, with its measures and their tolerances."""
+def certificate_sentence(certificate: Certificate | None, status: Status) -> str:
+    """Return the sentences on the certificate of a case, with its measures and their tolerances."""
     if certificate is None:
         return "There is no certificate."
     if status is Status.UNSTABLE:
@@ -79,18 +80,8 @@ def certificate_sentence(certificate: Certificate | None, status: Status, answer
     if status is Status.SELF_STRESS:
         verdict = "is certified" if certificate.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
-    loaded = "no joint and no tie" if has_ties else "no joint"
-    (residual, of_residual), (excess, of_excess), (depth, of_depth), (gap, of_gap) = certificate.texts.values()
-    return (
-        f"The {certificate.verdict}: equilibrium is off by at most {residual} of a block's weight (tolerance "
-        f"{of_residual}), {loaded} is loaded beyond its strength by more than {excess} of it ({of_excess}), blocks "
-        f"penetrate by at most {depth} of the largest motion ({of_depth}), and the flow rule is missed by {gap} of "
-        f"{_gap_unit(answer)} ({of_gap})."
-    )
-
-
-def _gap_unit(answer: Answer) -> str:
-    return f"the {'dead load' if answer.is_reaction else 'load factor'}"
+    measures = [f"{name}: {sentence} (tolerance {limit})" for name, sentence, limit in certificate.rows]
+    return f"The {certificate.verdict}. {capitalised('; '.join(measures))}"
 
 
 def pushed_states(states: int, certified: int, reached: float, point: str, direction: str) -> str:
