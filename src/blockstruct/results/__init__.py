@@ -23,6 +23,8 @@ from blockstruct.results.interfaces import (
     FULLY_USED,
     NO_FORCE,
     active_joints,
+    block_pairs,
+    contact_forces,
     contact_state,
     corner_torsion,
     interface_resultants,
@@ -51,7 +53,7 @@ __all__ += ["Spread", "compare", "compared_curves", "contradictions", "recompute
 __all__ += ["CERTIFICATE_MEASURES", "LOAD_FACTOR", "applied_loads", "pushed_masses", "history_of", "history_frame"]
 __all__ += ["active_joints", "contact_state", "corner_torsion", "interface_resultants", "is_pressed", "parts_beyond"]
 __all__ += ["support_reactions", "utilisation", "FULLY_USED", "NO_FORCE", "macro_blocks", "body_table", "mechanism"]
-__all__ += ["twists", "velocities"]
+__all__ += ["twists", "velocities", "block_pairs", "contact_forces"]
 __all__ += ["breaking_words", "broken_ties", "pushed_tie_state", "tie_forces", "tie_sentences", "ties_at_collapse"]
 __all__ += ["block_rotations", "capacity_frame", "capacity_of", "doubtful_parts", "fallen_blocks", "response_of"]
 __all__ += ["response_words"]

@@ -50,6 +50,18 @@ def first_points(history: xr.Dataset) -> Index:
     return np.searchsorted(history["interface_of_contact_point"].to_numpy(), np.arange(history.sizes["interface"]))
 
 
+def contact_forces(iteration: xr.Dataset) -> Array:
+    """Return the forces (K, 3) at the contact points of one iteration, N, in global axes."""
+    frame = iteration["interface_frame"].to_numpy()[iteration["interface_of_contact_point"].to_numpy()]
+    return np.asarray(np.einsum("kc,kca->ka", at_points(iteration, "contact_force"), frame))
+
+
+def block_pairs(model: Model) -> Index:
+    """Return the minus and plus blocks (J, 2) of the interfaces, by index."""
+    index = model.block_index
+    return np.array([(index[i.minus], index[i.plus]) for i in model.interfaces], dtype=np.int64).reshape(-1, 2)
+
+
 def sum_of_points(history: xr.Dataset, values: Array) -> Array:
     """Return the sums (…, J) of values (…, K) at the contact points of each interface."""
     return np.asarray(np.add.reduceat(values, first_points(history), axis=-1), dtype=float)
@@ -452,13 +464,11 @@ def support_reactions(model: Model, case: Case, history: xr.Dataset) -> xr.Datas
 
 def _of_joints(model: Model, last: xr.Dataset) -> np.ndarray:
     """Return the wrenches (B, 6) of joints and ties on all blocks about their centroids."""
-    index = last["interface_of_contact_point"].to_numpy()
-    force = np.einsum("kc,kca->ka", at_points(last, "contact_force"), last["interface_frame"].to_numpy()[index])
-    point, number = last["contact_point_position"].to_numpy(), model.block_index
+    index, force = last["interface_of_contact_point"].to_numpy(), contact_forces(last)
+    point = last["contact_point_position"].to_numpy()
     centroids = np.array([b.centroid for b in model.blocks])
     total = np.zeros((len(centroids), 6))
-    for sign, side in ((1.0, "plus"), (-1.0, "minus")):
-        block = np.array([number[getattr(i, side)] for i in model.interfaces])[index]
+    for sign, block in zip((-1.0, 1.0), block_pairs(model)[index].T, strict=True):
         moment = np.cross(point - centroids[block], force)
         np.add.at(total, block, sign * np.hstack([force, moment]))
     if model.ties:

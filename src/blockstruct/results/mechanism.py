@@ -10,7 +10,7 @@ import xarray as xr
 from blockstruct.arrays import SLIGHT, Array, Index
 from blockstruct.model import LoadPattern, Model, tie_segments
 from blockstruct.results.history import motions_in
-from blockstruct.results.interfaces import AT_REST
+from blockstruct.results.interfaces import AT_REST, block_pairs
 from blockstruct.statics.carried import carried_weights
 from blockstruct.vocabulary import AXES
 
@@ -84,8 +84,7 @@ def with_motion(model: Model, history: xr.Dataset, motion: Array) -> xr.Dataset:
     """Return the last iteration with another motion of the blocks, (blocks, 6) as in :func:`motions_in`."""
     last = history.isel(iteration=[-1]).load().copy()
     index, of_point = model.block_index, last["interface_of_contact_point"].to_numpy()
-    sides = (np.array([index[getattr(i, side)] for i in model.interfaces]) for side in ("minus", "plus"))
-    minus, plus = (blocks[of_point] for blocks in sides)
+    minus, plus = block_pairs(model)[of_point].T
     points, frame = last["contact_point_position"].to_numpy(), last["interface_frame"].to_numpy()[of_point]
     of_sides = [velocities(model, motion, blocks, points) for blocks in (minus, plus)]
     apart = np.einsum("kij,kj->ki", frame, of_sides[1] - of_sides[0])
@@ -210,7 +209,7 @@ def macro_blocks(model: Model, mechanism: xr.Dataset, dead: LoadPattern | None =
     centroids = np.array([b.centroid for b in model.blocks])
     motion = twists(mechanism)
     translation, rotation = motion[:, :3], motion[:, 3:]
-    minus, plus = (np.array([index[getattr(i, side)] for i in model.interfaces]) for side in ("minus", "plus"))
+    minus, plus = block_pairs(model).T
     counts = [len(i.polygon) for i in model.interfaces]
     starts = np.cumsum([0, *counts[:-1]])
     corners = np.concatenate([i.polygon for i in model.interfaces])

@@ -18,7 +18,7 @@ from blockstruct.arrays import Array
 from blockstruct.files import writing
 from blockstruct.views.export.motion import Motion, pushover_motion, response_motion
 from blockstruct.views.output import target_with, write_text
-from blockstruct.views.selection import application_points, contact_forces, given_result
+from blockstruct.views.selection import application_points, given_result
 from blockstruct.views.solids import Patches, Solids, TieLines, triangles
 
 try:
@@ -164,7 +164,7 @@ class _Still:
 
         at_points = pv.PolyData(np.asarray(history["contact_point_position"].to_numpy(), dtype=float))
         last = history.isel(iteration=0)
-        at_points.point_data["contact force [newton]"] = contact_forces(last)
+        at_points.point_data["contact force [newton]"] = bs.results.contact_forces(last)
         at_points.point_data["normal force [newton]"] = last["contact_force"].sel(component="n").to_numpy()
         at_points.point_data["interface"] = history["interface_of_contact_point"].to_numpy()
         resultants = pv.PolyData()

@@ -149,12 +149,6 @@ def _displacement(result: bs.CaseResult, iteration: int, blocks: Index, points: 
     return bs.results.velocities(result.model, bs.results.twists(moves), blocks, points)
 
 
-def block_pairs(model: bs.Model) -> Index:
-    """Return the minus and plus blocks (I, 2) of the interfaces."""
-    index = model.block_index
-    return np.array([(index[i.minus], index[i.plus]) for i in model.interfaces], dtype=np.int64).reshape(-1, 2)
-
-
 def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:
     """Return the triangles (T, 3) of plane polygons, convex or not, and the polygon (T,) of each.
 

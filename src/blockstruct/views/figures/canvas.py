@@ -20,7 +20,7 @@ import blockstruct as bs
 from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import next_corners
-from blockstruct.views.solids import Solids, TieLines, View, block_pairs, round_value
+from blockstruct.views.solids import Solids, TieLines, View, round_value
 from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
 
 #: Light in the axes of the view (right, up, toward the reader), and the share of brightness without it.
@@ -58,7 +58,7 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
     """Return the order (B,) of drawing: after the blocks in contact further away, the farthest first."""
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     depth = np.add.reduceat(seen[:, 2], starts) / np.bincount(solids.block_of_vertex)
-    pairs, toward = block_pairs(model), _normals(model) @ basis[2]
+    pairs, toward = bs.results.block_pairs(model), _normals(model) @ basis[2]
     pairs = np.where(toward[:, None] > 0, pairs, pairs[:, ::-1])[np.abs(toward) > NEGLIGIBLE]
     before = np.bincount(pairs[:, 1], minlength=len(depth))
     ahead: list[list[int]] = [[] for _ in depth]
@@ -79,7 +79,7 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
 
 def _line_ranks(model: bs.Model, solids: Solids, lines: Lines, rank: Index, front: Flags) -> Index:
     """Return the rank (L,) of the last block whose shown face holds a line; −1 without one."""
-    blocks = block_pairs(model)[lines.interface].ravel()
+    blocks = bs.results.block_pairs(model)[lines.interface].ravel()
     first = np.searchsorted(solids.block_of_face, blocks)
     counts = np.searchsorted(solids.block_of_face, blocks, side="right") - first
     of, face, _ = expanded(first, counts)

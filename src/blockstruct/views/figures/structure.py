@@ -20,11 +20,10 @@ from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones
 from blockstruct.views.selection import (
     application_points,
     chosen_iteration,
-    contact_forces,
     given_result,
     moving_bodies,
 )
-from blockstruct.views.solids import Solids, TieLines, View, block_pairs, driving, load_arrows, push, round_value
+from blockstruct.views.solids import Solids, TieLines, View, driving, load_arrows, push, round_value
 
 #: Length of a dash, in widths of its line.
 _DASH = 2.5
@@ -406,7 +405,7 @@ def forces(
         acts = np.isfinite(points).all(axis=1)
     else:
         history = result.history.isel(iteration=index)
-        points, force = history["contact_point_position"].to_numpy(), contact_forces(history)
+        points, force = history["contact_point_position"].to_numpy(), bs.results.contact_forces(history)
         acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
     if not acts.any():
         msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
@@ -466,7 +465,7 @@ def _thrust_segments(model: bs.Model, points: Array) -> Array:
     """Return segments (S, 2, 3) between the two compressed points of every free block that has just two."""
     fixed = np.array([b.fixed for b in model.blocks])
     pressed = np.flatnonzero(np.isfinite(points).all(axis=1))
-    blocks, interfaces = block_pairs(model)[pressed].T.ravel(), np.tile(pressed, 2)
+    blocks, interfaces = bs.results.block_pairs(model)[pressed].T.ravel(), np.tile(pressed, 2)
     order = np.argsort(blocks, kind="stable")
     block_of, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
     # A support may be pressed at several places without thrust between them.

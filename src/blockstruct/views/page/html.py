@@ -27,7 +27,7 @@ from blockstruct.views import style, words
 from blockstruct.views.console import plain
 from blockstruct.views.output import target_with, write_text
 from blockstruct.views.selection import moving_bodies, shown_results
-from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
+from blockstruct.views.solids import Patches, Solids, TieLines, eye, load_arrows, triangles
 from blockstruct.views.style import parts
 
 
@@ -176,7 +176,7 @@ def _blocks(model: bs.Model, solids: Solids, origin: Array) -> dict[str, Any]:
 
 
 def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[str, Any]:
-    patches, pairs = Patches.of(model), block_pairs(model)
+    patches, pairs = Patches.of(model), bs.results.block_pairs(model)
     return {
         "name": [i.name for i in model.interfaces],
         "joint": [i.joint_material.name for i in model.interfaces],
