@@ -23,7 +23,7 @@ from blockstruct.statics.carried import carried_weights
 from blockstruct.statics.wrenches import applied_loads
 from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
-from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, Status, counted, listed
+from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, Status, axis_text, counted, listed
 
 
 def capitalised(text: str) -> str:
@@ -84,7 +84,9 @@ def certificate_sentence(certificate: Certificate | None, status: Status) -> str
     return f"The {certificate.verdict}. {capitalised('; '.join(measures))}"
 
 
-def pushed_states(states: int, certified: int, reached: float, point: str, direction: str) -> str:
+def pushed_states(
+    states: int, certified: int, reached: float, point: str, direction: Sequence[float], *, settles: bool
+) -> str:
     """Return the sentence on the states of a curve.
 
     Parameters
@@ -95,13 +97,16 @@ def pushed_states(states: int, certified: int, reached: float, point: str, direc
         Last displacement, m.
     point, direction
         The point or the supports that move, and the direction.
+    settles
+        Whether supports move.
     """
     if states == 1:
         states_clause = f"1 state was found, {'certified' if certified else 'not certified'},"
     else:
         states_clause = f"{states} states were found, {'all' if certified == states else certified} of them certified,"
     return (
-        f"Beyond collapse {states_clause} up to a displacement of {1e3 * reached:.4g} mm of {point} along {direction}."
+        f"{'After the first motion' if settles else 'Beyond collapse'} {states_clause} up to a displacement of "
+        f"{1e3 * reached:.4g} mm of {point} along {axis_text(direction)}."
     )
 
 
@@ -119,12 +124,12 @@ def response_sentences(response: xr.Dataset, fallen: Sequence[str]) -> list[str]
     """Return the sentences on a response: its largest and its remaining displacement, fallen blocks, ties, steps."""
     last, names = response.isel(time=-1), response["block"].to_numpy()
     peak, left = last["peak_displacement"].to_numpy(), np.linalg.norm(last["displacement"].to_numpy(), axis=1)
-    sentences = [f"The largest displacement is {1e3 * peak.max():.4g} mm, of {names[peak.argmax()]}."]
+    sentences = [f"The largest displacement is {1e3 * peak.max():.4g} mm, of block {names[peak.argmax()]}."]
     if fallen:
-        has = "has" if len(fallen) == 1 else "have"
-        sentences.append(f"At {last['time'].item():.4g} s {listed(fallen, FEW)} {has} fallen.")
+        which = f"block {fallen[0]} has" if len(fallen) == 1 else f"blocks {listed(fallen, FEW)} have"
+        sentences.append(f"At {last['time'].item():.4g} s {which} fallen.")
     else:
-        remain = f"{1e3 * left.max():.4g} mm remain, of {names[left.argmax()]}"
+        remain = f"{1e3 * left.max():.4g} mm remain, of block {names[left.argmax()]}"
         sentences.append(f"At the end, {last['time'].item():.4g} s, {remain}.")
     if "tie_break_time" in last:
         of_ties = (last[name].to_numpy().tolist() for name in ("tie", "peak_tie_elongation", "tie_break_time"))
@@ -133,6 +138,17 @@ def response_sentences(response: xr.Dataset, fallen: Sequence[str]) -> list[str]
         sentences += crushed_joints(last["largest_crushed_depth"].item())
     steps, longest = int(last["steps"]), float(response["time_step"])
     return [*sentences, f"It took {steps} steps of at most {1e3 * longest:.4g} ms."]
+
+
+def response_number(largest: float, collapse_time: float) -> tuple[str, str]:
+    """Return name and text of the largest displacement, m, of a response, or of the time, s, of its collapse.
+
+    >>> response_number(0.0312, float("nan")), response_number(2.5, 3.21)
+    (('largest displacement', '31.2 mm'), ('time of collapse', '3.21 s'))
+    """
+    if np.isnan(collapse_time):
+        return "largest displacement", f"{1e3 * largest:.4g} mm"
+    return "time of collapse", f"{collapse_time:.4g} s"
 
 
 _OTHER_STEPS = ", so run it with other steps and compare"
@@ -176,7 +192,9 @@ def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
 
 def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str) -> str:
     block, direction = case.control
-    moves = f"block {outcome.blocks[0]!r} moves furthest, along {_shown(outcome.direction)}" if outcome.blocks else ""
+    moves = (
+        f"block {outcome.blocks[0]!r} moves furthest, along {axis_text(outcome.direction)}" if outcome.blocks else ""
+    )
     match outcome.end:
         case CurveEnd.ZERO:
             stands = f", where the control point at block {block!r} stands still or goes back: {moves}"
@@ -197,7 +215,7 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
             )
         case CurveEnd.RESTS:
             return (
-                f"the control point at block {block!r} does not move along {_shown(direction)} in the collapse "
+                f"the control point at block {block!r} does not move along {axis_text(direction)} in the collapse "
                 f"mechanism, and there is no curve over its displacement; {moves}"
             )
         case _:
@@ -206,10 +224,6 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
                 f"state, as blocks that move touch wherever faces do. {names} touch beyond the interfaces: "
                 "give the interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
             )
-
-
-def _shown(direction: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
 
 
 @dataclass(frozen=True, slots=True)

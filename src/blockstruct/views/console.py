@@ -19,6 +19,7 @@ import blockstruct as bs
 from blockstruct.analysis import Listener
 from blockstruct.analysis.events import follow
 from blockstruct.text import study
+from blockstruct.text.case import response_number
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views import words
 from blockstruct.views.selection import compasses
@@ -56,8 +57,7 @@ def _case_table(frame: pd.DataFrame, names: Sequence[str], varied: Sequence[str]
         unit = units.get(name, "dimensionless")
         symbol = "" if " or " in unit else short_unit(unit)
         columns.append((f"{short} [{symbol}]" if symbol else short, [_cell(row[name]) for row in rows], "right"))
-    title = "load factor / reaction" if any(_reactions(row) for row in rows) else "load factor"
-    columns.append((title, [_answer(row) for row in rows], "right"))
+    columns.append(numbers_column(map(_number, rows)))
     if any(math.isfinite(row.get("curve_end", math.nan)) for row in rows):
         columns.append(("d0 [m]", [_d0(row) for row in rows], "right"))
     if "path" in names:
@@ -117,14 +117,20 @@ def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) ->
     return table
 
 
-def _answer(row: Mapping[Any, Any]) -> str:
-    """Return the load factor of a case, or the reaction of a settlement with its unit."""
-    return (_reactions(row) or [bs.results.LOAD_FACTOR.text(row["load_factor"], 6)])[0]
+def numbers_column(named: Iterable[tuple[str, str]]) -> tuple[str, list[str], JustifyMethod]:
+    """Return the column of the numbers of cases: load factors, reactions, displacements, times of collapse."""
+    names, numbers = zip(*named, strict=True) if (named := list(named)) else (["load factor"], [])
+    return " / ".join(dict.fromkeys(names)), list(numbers), "right"
 
 
-def _reactions(row: Mapping[Any, Any]) -> list[str]:
-    units = {"reaction": "N", "reaction_moment": "N·m"}
-    return [f"{row[name]:.6g} {unit}" for name, unit in units.items() if math.isfinite(row.get(name, math.nan))]
+def _number(row: Mapping[Any, Any]) -> tuple[str, str]:
+    """Return name and number of a case: load factor, reaction with its unit, or number of a response."""
+    if math.isfinite(largest := row.get("peak_displacement", math.nan)):
+        return response_number(largest, row["collapse_time"])
+    for name, unit in (("reaction", "N"), ("reaction_moment", "N·m")):
+        if math.isfinite(row.get(name, math.nan)):
+            return "reaction", f"{row[name]:.6g} {unit}"
+    return "load factor", bs.results.LOAD_FACTOR.text(row["load_factor"], 6)
 
 
 def study_summary(summary: xr.Dataset) -> str:
@@ -240,14 +246,13 @@ def result_text(result: bs.CaseResult) -> Text:
 
 def summary_table(analysis: bs.Analysis) -> Table:
     """Return the table of an analysis, a row per case."""
-    kinds = dict.fromkeys(r.answer.name for r in analysis.values())
     results = list(analysis.values())
     return folded_table(
         [
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            (" / ".join(kinds) or "load factor", [r.answer.text(r.load_factor, 6) for r in results], "right"),
+            numbers_column(words.number_words(r, 6) for r in results),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
