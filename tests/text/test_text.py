@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import blockstruct as bs
 from blockstruct.limit import Outcome
 from blockstruct.text import assessment as a
 from blockstruct.text import assumptions as assumptions_text
@@ -13,9 +14,10 @@ from blockstruct.text import case as case_text
 from blockstruct.text import mechanism as mechanism_text
 from blockstruct.text import note as note_text
 from blockstruct.text import report, study
+from blockstruct.text.headline import Headline
 from blockstruct.text.note import NoteCode
 from blockstruct.text.numbers import LOAD_FACTOR, Answer
-from blockstruct.vocabulary import CurveDoubt, PathEnd, Procedure, Reason, SolverStatus, Status
+from blockstruct.vocabulary import CurveDoubt, Flow, PathEnd, Procedure, Reason, SolverStatus, Status
 
 REACTION = Answer("reaction", "R", "force", -1e3)
 FIRST, INF = (Status.CONVERGED, 0.5, Reason.CERTIFIED), np.inf
@@ -24,6 +26,10 @@ DRIFTING = Outcome(*FIRST, Procedure.LOADING_PATH)
 STANDS_IN = Outcome(*FIRST, Procedure.FICTITIOUS, settled=True, path_end=PathEnd.LIMIT_REACHED)
 RAISED = Outcome(*FIRST, Procedure.LOADING_PATH, drift=(0.6, 0.6), without_crushing=0.5)
 UNBOUNDED = Outcome(Status.UNBOUNDED, INF, Reason.GROWS_WITHOUT_LIMIT)
+
+
+def headline(outcome):
+    return Headline(outcome, Flow.NONASSOCIATIVE)
 
 
 def caveats(outcome, answer=LOAD_FACTOR, bound=1.0, jammed=(), *, is_searched=True):
@@ -120,10 +126,10 @@ def test_every_end_has_its_sentence():
     for status in Status:
         for reason in Reason:
             outcome = Outcome(status, 0.3, reason, Procedure.FICTITIOUS, path_end=PathEnd.CLOSED)
-            assert case_text.why(outcome, LOAD_FACTOR)
-            assert case_text.sentence(outcome, LOAD_FACTOR)
-        assert case_text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
-    ends = {case_text.sentence(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end), LOAD_FACTOR) for end in PathEnd}
+            assert headline(outcome).why
+            assert headline(outcome).text()
+        assert case_text.certificate_sentence(None, status).endswith(".")
+    ends = {headline(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end)).text() for end in PathEnd}
     assert len(ends) == len(PathEnd)
 
 
@@ -136,7 +142,7 @@ def test_every_end_has_its_sentence():
 )
 def test_a_load_factor_that_varies_jams_only_without_a_bound(reason, words):
     varies = Outcome(Status.NOT_CONVERGED, np.nan, reason, drift=(0.385, 0.4017))
-    assert case_text.sentence(varies, LOAD_FACTOR) == f"no load factor: {words}"
+    assert headline(varies).text() == f"no load factor: {words}"
 
 
 def test_the_ends_of_a_range_have_one_unit():
@@ -154,10 +160,10 @@ def test_verdicts(of_sld, at):
 
 def test_doubts_on_a_curve():
     facts = (0.01, 0.02), (0.3, 0.4), 0.02, "fictitious"
-    clauses = [f"{doubt}: {case_text.doubtful_part(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
+    clauses = [f"{doubt}: {case_text.DoubtfulPart(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
     assert clauses == Path(__file__).with_name("doubts.txt").read_text(encoding="utf-8").splitlines()
-    alone = case_text.doubtful_part(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
-    assert alone == clauses[1].removeprefix("rises: ").split(", or ")[0]
+    alone = case_text.DoubtfulPart(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
+    assert str(alone) == clauses[1].removeprefix("rises: ").split(", or ")[0]
 
 
 LEAST_TIES = [
@@ -195,8 +201,8 @@ def test_an_interrupted_building():
 
 
 def test_a_tie_that_reaches_its_limit():
-    lengthens = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
-    assert mechanism_text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (
+    lengthens = (0.5, 0.03, 0.06)
+    assert mechanism_text.tie_sentence("left", 4e4, 4e4, "yield", "yielding", *lengthens) == (
         "Tie left: yielding, 40 kN of 40 kN (yield); it lengthens by 0.5 times the largest block displacement and "
         "reaches its limit of 30 mm at 60 mm, to first order."
     )
@@ -211,12 +217,13 @@ def test_a_tie_that_reaches_its_limit():
     ],
 )
 def test_assumptions_on_corners(small_model, radii, words):
-    flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
-    corners = {f"push {k}": radius for k, radius in enumerate(radii)}
-    scope = assumptions_text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
-    (sentence,) = [
-        s for s in assumptions_text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s
+    dead, pushed = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
+    cases = [
+        bs.Pushover(f"push {k}", dead, pushed, control=("1.1", (1, 0, 0)), corner_rounding=f"{radius} m")
+        for k, radius in enumerate(radii)
     ]
+    sentences = assumptions_text.assumption_sentences(small_model, cases, has_curve=True)
+    (sentence,) = [s for s in sentences if "finite displacements" in s]
     assert sentence.endswith(words)
 
 
