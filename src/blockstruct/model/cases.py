@@ -13,6 +13,9 @@ from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.files import MOST_READ
 from blockstruct.model.fields import (
     AXES_BY_NAME,
+    LENGTH,
+    NUMBER,
+    TIME,
     ModelObject,
     Vector,
     changed,
@@ -24,9 +27,8 @@ from blockstruct.model.fields import (
     limit,
     member,
     named_arguments,
-    optional_scalar,
+    optional_positive,
     optional_vector,
-    positive,
     steps,
     unit_vector,
     unit_vector_along,
@@ -157,14 +159,10 @@ class SettlementCase(ModelObject):
     name: str = field(validator=has_name)
     dead: LoadPattern = field(validator=instance_of(LoadPattern))
     supports: tuple[str, ...] = field(converter=_names, validator=_each_once)
-    direction: Vector = field(converter=unit_vector, metadata={"dimension": "dimensionless"})
-    about: Vector | None = field(
-        default=None, kw_only=True, converter=optional_vector, metadata={"dimension": "length"}
-    )
+    direction: Vector = field(converter=unit_vector, metadata=NUMBER)
+    about: Vector | None = field(default=None, kw_only=True, converter=optional_vector, metadata=LENGTH)
     flow: Flow = field(default=Flow.NONASSOCIATIVE, kw_only=True, converter=flow_rule)
-    displacement: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "length"}
-    )
+    displacement: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
     steps: int = field(default=STEPS, kw_only=True, converter=steps)
 
     def __attrs_post_init__(self) -> None:
@@ -286,13 +284,13 @@ class Pushover(LimitCase):
     """
 
     control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
-    control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
+    control_point: Point | None = field(default=None, converter=_point, metadata=LENGTH)
     steps: int = field(default=STEPS, converter=steps)
     corner_rounding: float = field(
         default=0.0,
         converter=_radius,
         validator=limit(lambda radius: radius >= 0, "give a radius of zero or more"),
-        metadata={"dimension": "length"},
+        metadata=LENGTH,
     )
 
     def __attrs_post_init__(self) -> None:
@@ -419,14 +417,10 @@ class RecordCase(ModelObject):
     name: str = field(validator=has_name)
     dead: LoadPattern = field(validator=instance_of(LoadPattern))
     acceleration: Any = field(converter=_acceleration, metadata={"dimension": "acceleration"})
-    time: Any = field(converter=_time, metadata={"dimension": "time"})
-    direction: Vector | None = field(default=None, converter=_ground_direction, metadata={"dimension": "dimensionless"})
-    interval: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "time"}
-    )
-    time_step: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "time"}
-    )
+    time: Any = field(converter=_time, metadata=TIME)
+    direction: Vector | None = field(default=None, converter=_ground_direction, metadata=NUMBER)
+    interval: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=TIME)
+    time_step: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=TIME)
 
     def __attrs_post_init__(self) -> None:
         n, who = len(self.acceleration), label(self)

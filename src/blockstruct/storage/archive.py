@@ -139,7 +139,7 @@ class Archive:
             stamp = Stamp.at(path)
             known = self._known.get(path)
             if known is None or stamp != known[0]:
-                file = self._opened(path)
+                file = AnalysisFile(path)
                 self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in rows_of(file)])
             return known[1]
         except BlockstructError as error:
@@ -190,7 +190,7 @@ class Archive:
         """
         rows = self.select(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
-        files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
+        files = {path: AnalysisFile(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
             nodes[f"{path}/{group_name(case)}"] = files[path].lazy_history(f"/cases/{group_name(case)}")
@@ -222,11 +222,6 @@ class Archive:
         for column in ("status", "model_hash"):
             joined["agree"] &= joined[column].eq(joined[f"{column}_other"])
         return joined
-
-    def _opened(self, path: Path) -> AnalysisFile:
-        """Return a file; its seal is checked again only after the file has changed."""
-        known = self._known.get(path)
-        return AnalysisFile(path, verified=None if known is None else known[0])
 
     def _found(self) -> tuple[list[Path], dict[Path, str]]:
         """Return files, and unfinished runs and closed folders with their problem."""
