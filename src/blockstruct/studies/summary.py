@@ -458,7 +458,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
         msg = f"first_order: {shown(result)} is not a result; give that of a case, as analysis['push']"
         raise ModelError(msg)
     if not isinstance(result.case, LimitCase):
-        msg = f"first_order: case {result.name!r} is a settlement; give the result of a LimitCase"
+        msg = f"first_order: case {result.name!r} has no variable load; give the result of a LimitCase"
         raise ModelError(msg)
     if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
         msg = (

@@ -24,7 +24,6 @@ from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.selection import compasses
 from blockstruct.views.words import (
     admissible_words,
-    number_words,
     pushover_words,
     range_words,
     response_words,
@@ -276,7 +275,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            numbers_column(number_words(r, 6) for r in results),
+            numbers_column(r.number(6) for r in results),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
