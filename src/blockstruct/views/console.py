@@ -252,7 +252,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            numbers_column(words.number_words(r, 6) for r in results),
+            numbers_column(r.number(6) for r in results),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
