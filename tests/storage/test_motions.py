@@ -14,7 +14,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseStarted, StateDone, StepDone
 from blockstruct.storage.file import folder_of
-from blockstruct.views.console import archive_table
+from blockstruct.views.console import archive_table, study_table
 from properties import slow_after
 from structures import (
     SELF_WEIGHT,
@@ -204,9 +204,16 @@ def test_an_archive_has_the_numbers_of_records(stored):
     for name, result in analysis.items():
         assert table.peak_displacement[name] == result.peak_displacement
         assert np.isnan(table.collapse_time[name])
-    console = Console(width=200, record=True, file=io.StringIO())
-    console.print(archive_table(table.reset_index()))
-    assert f"{1e3 * analysis['along'].peak_displacement:.4g} mm" in console.export_text()
+    # A study in which nothing falls has no column for the time of collapse.
+    data = bs.study(lambda factor: (analysis.model, shaken()[0].scaled(factor)), {"factor": [0.5]}, workers=1)
+    weaker = data.peak_displacement.item()
+    for shown, largest in (
+        (archive_table(table.reset_index()), analysis["along"].peak_displacement),
+        (study_table(data), weaker),
+    ):
+        console = Console(width=200, record=True, file=io.StringIO())
+        console.print(shown)
+        assert f"{1e3 * largest:.4g} mm" in console.export_text()
 
 
 def standing(friction, *boxes):

@@ -126,7 +126,7 @@ def numbers_column(named: Iterable[tuple[str, str]]) -> tuple[str, list[str], Ju
 def _number(row: Mapping[Any, Any]) -> tuple[str, str]:
     """Return name and number of a case: load factor, reaction with its unit, or number of a response."""
     if math.isfinite(largest := row.get("peak_displacement", math.nan)):
-        return response_number(largest, row["collapse_time"])
+        return response_number(largest, row.get("collapse_time", math.nan))
     for name, unit in (("reaction", "N"), ("reaction_moment", "N·m")):
         if math.isfinite(row.get(name, math.nan)):
             return "reaction", f"{row[name]:.6g} {unit}"
