@@ -237,6 +237,12 @@ def test_the_first_page_without_a_number():
     )
 
 
+def test_a_reaction_of_rounding_is_zero():
+    reaction = Answer("reaction", "R", "force", -5e4)
+    assert [reaction.text(alpha) for alpha in (1e-14, -0.5)] == ["0 N", "25 kN"]
+    assert reaction.ends((1e-14, -0.5)) == ("0 kN", "25 kN")
+
+
 @pytest.mark.parametrize(
     ("status", "cases", "words"),
     [

@@ -119,7 +119,7 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
 #: Figures of a result.
-_KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
+_KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity", "response")
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,6 +262,12 @@ class CaseResult:
         """Time of a record at which a block has fallen, s; NaN if the structure stands, and for any other case."""
         return self.outcome.collapse_time
 
+    def number(self, digits: int = 4) -> tuple[str, str]:
+        """Return name and text of the number: load factor, reaction, largest displacement or time of collapse."""
+        if self.response is None:
+            return self.answer.name, self.answer.text(self.load_factor, digits)
+        return case_text.response_number(self.peak_displacement, self.collapse_time)
+
     @property
     def peak_displacement(self) -> float:
         """Largest displacement of a block relative to the ground under a record, m; NaN for any other case."""
@@ -312,7 +318,16 @@ class CaseResult:
 
     @property
     def mechanism(self) -> xr.Dataset:
-        """Collapse mechanism: :func:`blockstruct.results.mechanism`."""
+        """Collapse mechanism: :func:`blockstruct.results.mechanism`.
+
+        Raises
+        ------
+        ModelError
+            If the result has no iterations.
+        """
+        if not self.n_iterations:
+            msg = f"case {self.name!r}: no mechanism, {self.headline}; a mechanism needs an iteration"
+            raise ModelError(msg)
         return mechanism(self.history)
 
     @property
@@ -586,8 +601,8 @@ class CaseResult:
         ----------
         kind
             A figure of :mod:`blockstruct.views.figures` that takes a result: ``"mechanism"``, ``"structure"``,
-            ``"forces"``, ``"loads"``, ``"convergence"``, ``"certificate"`` or ``"capacity"``. By default the mechanism,
-            or the structure if nothing moves.
+            ``"forces"``, ``"loads"``, ``"convergence"``, ``"certificate"``, ``"capacity"`` or ``"response"``. By
+            default the response to a record, otherwise the mechanism, or the structure if nothing moves.
         options
             Arguments of the figure, such as ``look="3d"`` or ``ax=``.
 
@@ -598,7 +613,7 @@ class CaseResult:
         MissingExtraError
             Without the extra ``viz``.
         """
-        kind = kind or ("mechanism" if self.moves else "structure")
+        kind = kind or ("mechanism" if self.moves else "structure" if self.response is None else "response")
         check_known(kind, _KINDS, f"case {self.name!r}: no figure")
         # Views stand above results, and are loaded by name when they are used.
         return getattr(import_module("blockstruct.views.figures"), kind)(self, **options)
@@ -622,6 +637,7 @@ class CaseResult:
     def _repr_html_(self) -> str:
         rows = [
             ("result", self.headline.text(6)),
+            *([] if self.response is None else [self.number(6)]),
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]

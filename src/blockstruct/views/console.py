@@ -126,7 +126,7 @@ def numbers_column(named: Iterable[tuple[str, str]]) -> tuple[str, list[str], Ju
 def _number(row: Mapping[Any, Any]) -> tuple[str, str]:
     """Return name and number of a case: load factor, reaction with its unit, or number of a response."""
     if math.isfinite(largest := row.get("peak_displacement", math.nan)):
-        return response_number(largest, row["collapse_time"])
+        return response_number(largest, row.get("collapse_time", math.nan))
     for name, unit in (("reaction", "N"), ("reaction_moment", "N·m")):
         if math.isfinite(row.get(name, math.nan)):
             return "reaction", f"{row[name]:.6g} {unit}"
@@ -252,7 +252,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            numbers_column(words.number_words(r, 6) for r in results),
+            numbers_column(r.number(6) for r in results),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]

@@ -91,7 +91,8 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
         add("domain", domain, crushing_domain, interface=name, about=about)
     if result.capacity is not None:
-        add("capacity", "Capacity curve: load factor or reaction over the displacement", capacity)
+        marks = "a cross is a state that its certificate does not hold for, a ring an end before the structure falls"
+        add("capacity", f"Capacity curve: load factor or reaction over the displacement; {marks}", capacity)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
         along_path = (result.history["stage"] == bs.vocabulary.Stage.LOADING_PATH.value).any()
         steps = ", and steps of displacement along the loading path" if along_path else ", not steps of load"

@@ -248,9 +248,9 @@ def fragility(data: xr.Dataset, *, label: str | None = None, ax: Axes | None = N
     ax = new_axes(ax)
     colour = next_colour(ax)
     ax.plot(values, share, "o-", color=colour, ms=4, lw=1.2, label=label)
-    ax.fill_between(values, low, high, color=colour, alpha=0.15, lw=0)
+    interval = f"{data.attrs['confidence']:.0%} interval"
+    ax.fill_between(values, low, high, color=colour, alpha=0.15, lw=0, label=interval)
     unit = str(data[name].attrs.get("units", "-")).replace("dimensionless", "-")
     ax.set(xlabel=f"{name.replace('_', ' ')} [{unit}]", ylabel="share of collapses [-]", ylim=(-0.02, 1.02))
-    if label:
-        legend_above(ax)
+    legend_above(ax)
     return ax

@@ -260,7 +260,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
 def _record(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     """Return the response to a record: its states, and one iteration in which nothing acts or moves."""
     blocks, joints = len(result.model.blocks), len(result.model.interfaces)
-    name, number = words.number_words(result)
+    name, number = result.number()
     return {
         "name": result.name,
         "loads": _loads(result),

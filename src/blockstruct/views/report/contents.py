@@ -269,14 +269,14 @@ def _result(r: bs.CaseResult, checks: Sequence[Mapping[str, Any]] = ()) -> dict[
         "name": r.name,
         "flow": r.case.flow.value,
         "status": r.ended,
-        "number": ", ".join(check["alpha"] for check in checks) or words.number_words(r)[1],
+        "number": ", ".join(check["alpha"] for check in checks) or r.number()[1],
         "begins": summary.beginning_words(r),
     }
 
 
 def _title(r: bs.CaseResult) -> str:
     """Return the name of the number of a case, for the title of a column."""
-    name = words.number_words(r)[0]
+    name = r.number()[0]
     return f"{name} [-]" if name == "load factor" else name
 
 

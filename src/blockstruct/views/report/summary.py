@@ -15,7 +15,7 @@ from blockstruct.text import report
 from blockstruct.text.mechanism import SMALL, motion_clause, smaller_bodies, weight_text
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import shown
-from blockstruct.views import figures, words
+from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing, drawings
 from blockstruct.views.selection import compasses, moving_bodies
 from blockstruct.views.style import BODY_COLOURS
@@ -288,9 +288,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     notes = check.notes if check else cautions(result)
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     is_record = result.response is not None
-    what, number = (
-        words.number_words(result) if is_record else (f"{head.answer.name} {head.answer.symbol}", head.number)
-    )
+    what, number = result.number() if is_record else (f"{head.answer.name} {head.answer.symbol}", head.number)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
