@@ -84,9 +84,11 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
     try:
         with _start_of_processes():
-            started = pool.submit(os.getpid)
+            # A pool starts a process for each call that finds none idle, and none is before all have begun.
+            started = [pool.submit(os.getpid) for _ in range(workers)]
         try:
-            started.result()
+            for process in started:
+                process.result()
         except BrokenExecutor as error:
             msg = "study: a worker process ended as it started. Its own message stands above."
             raise StudyError(msg) from error
