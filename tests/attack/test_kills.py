@@ -1,4 +1,4 @@
-"""Processes that are killed at random: what they had committed is there, and a resumed run ends as without the kill.
+"""Processes that are killed at random or write at once: what they had committed is there, and resumed runs end alike.
 
 Under ``slow`` there are 200 kills; a few run by default.
 """
@@ -17,6 +17,7 @@ from blockstruct import Q_
 from blockstruct.analysis import IterationDone, StateDone, StepDone
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, check_survivors, killed, recover, resume, run, wall
+from processes import FRESH
 from properties import slow_after
 from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, single_block, stopping
 from trials import outcome
@@ -168,3 +169,39 @@ def test_of_studies_on_dask(tmp_path, tell):
             check_study(folder / "store", options)
 
         kill(tell, "study on Dask", tmp_path, 15, trial)
+
+
+def rewrite(path, times, start):
+    start.wait()
+    for _ in range(times):
+        try:
+            bs.save_analysis(bs.open_analysis(path), path)
+        except bs.errors.BusyError:
+            continue
+
+
+@pytest.mark.parametrize("times", slow_after(2, 40))
+def test_readers_beside_writers(tmp_path, tell, times):
+    """Three processes replace a file again and again; a reader always sees a whole one, and no rubbish is left."""
+    whole = bs.AnalysisManager(wall(), tmp_path / "wall.h5").run(cases())
+    start = FRESH.Event()
+    writers = [FRESH.Process(target=rewrite, args=(tmp_path / "wall.h5", times, start)) for _ in range(3)]
+    for writer in writers:
+        writer.start()
+    start.set()
+    outcomes = []
+
+    def read():
+        assert bs.open_analysis(tmp_path / "wall.h5")["sideways"].history.identical(whole["sideways"].history)
+        table = bs.Archive(tmp_path).table().set_index("case")
+        assert table.loc["sideways", "load_factor"] == whole["sideways"].load_factor
+
+    while any(writer.is_alive() for writer in writers):
+        how, said = outcome(read, LONGEST)
+        if how != "answered":
+            print(said)
+        outcomes.append({"answered": "identical", "refused": "wrong"}.get(how, how))
+    tell("reads next to writers", outcomes)
+    assert outcomes
+    assert [w.exitcode for w in writers] == [0, 0, 0]
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.h5"]

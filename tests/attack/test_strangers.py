@@ -20,6 +20,13 @@ READERS |= {"a.dxf": bs.imports.read_drawing, "a.json": bs.imports.read_assembly
 posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 
 
+def read(path):
+    """Read a file by the suffix of its name."""
+    if path.suffix == ".yaml":
+        return bs.read_document(path)
+    return READERS[path.name](path, unit="m", material=STONE)
+
+
 def put(path, kind):
     """Something at a path that is no regular file."""
     if kind == "pipe":
@@ -32,11 +39,11 @@ def put(path, kind):
 
 @posix
 @pytest.mark.parametrize("kind", ["pipe", "folder", "device"])
-@pytest.mark.parametrize("name", READERS)
-def test_imports_open_regular_files_only(tmp_path, name, kind):
+@pytest.mark.parametrize("name", [*READERS, "a.yaml"])
+def test_readers_open_regular_files_only(tmp_path, name, kind):
     put(tmp_path / name, kind)
     with pytest.raises(bs.errors.StorageError, match=rf"{name}: is (a folder|not a regular file but a pipe or)"):
-        READERS[name](tmp_path / name, unit="m", material=STONE)
+        read(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", READERS)
@@ -44,7 +51,7 @@ def test_imports_refuse_files_larger_than_any_mesh(tmp_path, name):
     with (tmp_path / name).open("wb") as stream:
         stream.truncate(1 << 40)
     with pytest.raises(bs.errors.StorageError, match="larger than 500 MB"):
-        READERS[name](tmp_path / name, unit="m", material=STONE)
+        read(tmp_path / name)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +96,7 @@ def test_numbers_of_text_formats_are_read_strictly(tmp_path, name, number):
     assert number in changed
     (tmp_path / name).write_text(changed, encoding="utf-8")
     with pytest.raises(bs.errors.GeometryFileError):
-        READERS[name](tmp_path / name, unit="m", material=STONE)
+        read(tmp_path / name)
 
 
 @pytest.mark.parametrize("code", ["10", "1_0"])
@@ -109,26 +116,22 @@ def test_continued_lines_take_linear_time(tmp_path):
     path = tmp_path / "a.obj"
     path.write_text("\\\n" * 500_000 + "vn\\\n" + " 5\\\n" * 200_000 + "\n" + obj_text(), encoding="utf-8")
     start = time.process_time()
-    assert bs.imports.read_mesh(path, unit="m", material=STONE).blocks[0].volume == pytest.approx(1)
+    assert read(path).blocks[0].volume == pytest.approx(1)
     # Reading every line anew from the first took 100 s for 500,000 lines.
     assert time.process_time() - start < 20
 
 
-#: Erases a line, sets the title of the window, turns the direction of a text; and what a terminal must print instead.
-HOSTILE = "\x1b[2K\x1b]0;title\x07\u202e"
+#: Texts that erase a line, set the title of the window, change colours, turn the direction, or hide what was printed.
+TERMINAL = ["\x1b[2K\x1b[1A", "\x1b]0;title\x07", "\x9b31m", "wall\u202e", "wall\rnothing"]
 
 
 def test_texts_of_an_analysis_are_printable(tmp_path):
     model = model_of(*single_block(0.5, 1.0))
-    for text in (HOSTILE, "a\0b", "\ud800", "two\nlines"):
+    for text in (*TERMINAL, "a\0b", "\ud800", "two\nlines"):
         for given in ({"tags": [text]}, {"parameters": {"a": text}}, {"parameters": {text: 1}}, {"study": text}):
             with pytest.raises(bs.errors.ModelError, match="printable"):
                 bs.AnalysisManager(model, tmp_path / "a.h5", **given)
     assert not list(tmp_path.iterdir())
-
-
-#: Texts that erase a line, set the title of the window, change colours, turn the direction, or hide what was printed.
-TERMINAL = ["\x1b[2K\x1b[1A", "\x1b]0;title\x07", "\x9b31m", "wall\u202e", "wall\rnothing"]
 
 
 def in_a_file(place, folder, text, analysis):

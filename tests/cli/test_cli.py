@@ -11,7 +11,6 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-import attrs
 import ezdxf
 import numpy as np
 import pandas as pd
@@ -25,7 +24,7 @@ from blockstruct.cli import runs as cli_runs
 from blockstruct.views import console, figures
 from blockstruct.views.console import bar, following
 from meshes import CUBE, objects_text, saved
-from structures import SELF_WEIGHT, box, model_of, push, single_block, stopping
+from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
 DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
@@ -123,24 +122,6 @@ def test_a_case_without_load_factor_exits_with_3(call, document, tmp_path):
     (case,) = json.loads(out)["cases"]
     assert (case["status"], case["load_factor"], case["certificate"]) == ("unbounded", None, None)
     assert (tmp_path / "m.h5").exists()
-
-
-def test_statuses_have_no_underscores_in_texts(call, tmp_path):
-    """In everything that a person reads; files and JSON keep the names."""
-    model = model_of([box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0], [1, 1, 1])], DRY)
-    one, two = (tmp_path / folder / "x.h5" for folder in ("one", "two"))
-    result = bs.AnalysisManager(model, one).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])["push"]
-    two.parent.mkdir()
-    shutil.copy(one, two)
-    site = ["--spectrum", "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B", "--knowledge-level", "LC1"]
-    commands = [("show", one), ("archive", one.parent), ("diff", one, two), ("diff", one.parent, two.parent)]
-    commands += [("assess", one, *site), ("history", one, "push", "--pushover")]
-    texts = [f"{out}{err}" for _, out, err in (call(*words) for words in commands)]
-    for text in (*texts, str(result), repr(result), result._repr_html_()):
-        assert "unstable_under" not in text
-        assert re.search("unstable under dead load|does not stand under its dead load", " ".join(text.split()))
-    assert '"status": "unstable_under_dead_load"' in call("show", one, "--json")[1]
-    assert call("archive", one.parent, "--where", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
 
 
 def test_an_interrupted_study_continues(call, done, tmp_path, monkeypatch):
@@ -332,22 +313,15 @@ def test_names_that_the_output_cannot_carry_are_escaped(document):
 def test_a_bar_shows_case_and_iteration(small_model, small_cases):
     """Names of cases are not markup there."""
     stream, seen = io.StringIO(), []
-    console = Console(file=stream, force_terminal=True, width=120)
-    with Progress(TextColumn("{task.description}"), console=console) as progress:
-        listener = bar(progress)
-
-        def listen(event):
-            listener(event)
-            seen.append((progress.tasks[0].description, progress.tasks[0].completed))
-
-        bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
-    shown = r"case 1 of 2, push nonassociative: numerical iteration 1, load factor 0\.\d{4}, gap \de[+-]\d+, [a-z ]+"
-    assert any(re.fullmatch(shown, text) for text, _ in seen)
-    assert [done for _, done in seen].count(1.0) == 2
-    case = attrs.evolve(small_cases[0], name="push [/x] [red]")
+    console, case = Console(file=stream, force_terminal=True, width=120), small_cases[1].renamed("push [/x] [red]")
+    with Progress(TextColumn("{task.description}", markup=False), console=console) as progress:
+        listeners = [bar(progress), lambda _: seen.append(progress.tasks[0].description)]
+        bs.AnalysisManager(small_model, listeners=listeners).run([case])
+    shown = r".*push \[/x\] \[red\]: numerical iteration 1, load factor 0\.\d{4}, gap .*"
+    assert any(re.fullmatch(shown, text) for text in seen)
     with following(console, quiet=False) as listeners:
         bs.AnalysisManager(small_model, listeners=listeners).run([case])
-    assert "push [/x] [red]" in stream.getvalue()
+    assert stream.getvalue().rindex("push [/x] [red]") > 0
 
 
 @pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
@@ -366,7 +340,7 @@ def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):
     assert bs.open_analysis(tmp_path / "m.h5")["p"].status == "converged"
     _, out, _ = call("show", tmp_path / "m.h5", "--json")
     (warning,) = json.loads(out)["cases"][0]["warnings"]
-    assert warning.startswith("pushover: the control point at block 'block' does not move along (0, 1, 0)")
+    assert warning.startswith("pushover: the control point at block 'block' does not move along +y")
 
 
 def test_corners_too_round_are_refused_before_the_run(call, done, document, tmp_path):

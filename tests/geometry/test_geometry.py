@@ -113,37 +113,26 @@ def test_a_shallow_overlap_of_non_convex_blocks_has_its_depth(origin, size, dept
     assert depth * 0.95 <= found <= depth * 1.5
 
 
-def test_tributary_areas_sum_up():
-    square = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], dtype=float)
-    triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)
-    outline = np.array([(*p, 0.0) for p in L_SHAPE])
-    points = np.concatenate([square, triangle, outline])
-    centroids = np.array([[1, 0.5, 0], [1 / 3, 1 / 3, 0], [1.1, 1.1, 0]])
-    shares = tributary_areas(points, np.array([0, 4, 7]), centroids, np.array([[0, 0, 1.0]] * 3))
-    assert shares[:4] == pytest.approx([0.5] * 4)
-    assert shares[4:7] == pytest.approx([1 / 6] * 3)
-    assert shares[7:].sum() == pytest.approx(5.0)
-    assert (shares > 0).all()
-
-
 #: Outlines whose centroid does not see all of them: L, T, and U with legs of two lengths.
 THIN_L = [(0, 0), (1, 0), (1, 0.1), (0.1, 0.1), (0.1, 1), (0, 1)]
 THIN_T = [(0, 0), (1, 0), (1, 0.2), (0.6, 0.2), (0.6, 1), (0.4, 1), (0.4, 0.2), (0, 0.2)]
 THIN_U = [(0, 0), (2, 0), (2, 1), (1.9, 1), (1.9, 0.1), (0.1, 0.1), (0.1, 0.5), (0, 0.5)]
 
 
-@pytest.mark.parametrize("outline", [L_SHAPE, THIN_L, THIN_T, THIN_U])
 @pytest.mark.parametrize("angle", [0.0, 2.0])
-def test_tributary_areas_have_the_centroid_of_the_area(outline, angle):
-    points = np.array([(*p, 0.0) for p in outline])
-    area, centroid, normal = polygon_area(points)
-    R = rotation((1, 2, 3), angle)
-    turned = points @ R.T
-    shares = tributary_areas(turned, np.array([0]), (R @ centroid)[None], (R @ normal)[None])
-    assert shares.sum() == pytest.approx(area)
+def test_tributary_areas_have_the_centroid_of_the_area(angle):
+    square, triangle = [(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 0), (1, 0), (0, 1)]
+    outlines = [np.array([(*p, 0.0) for p in of]) for of in (square, triangle, L_SHAPE, THIN_L, THIN_T, THIN_U)]
+    R, starts = rotation((1, 2, 3), angle), np.cumsum([0, *map(len, outlines[:-1])])
+    areas, centroids, normals = zip(*map(polygon_area, outlines), strict=True)
+    shares = tributary_areas(np.concatenate(outlines) @ R.T, starts, centroids @ R.T, normals @ R.T)
     assert (shares > 0).all()
-    np.testing.assert_allclose(shares @ turned / area, R @ centroid, atol=1e-9)
-    np.testing.assert_allclose(shares, tributary_areas(points, np.array([0]), centroid[None], normal[None]), rtol=1e-9)
+    of_outlines = np.split(shares, starts[1:])
+    for own, outline, area, centroid in zip(of_outlines, outlines, areas, centroids, strict=True):
+        assert own.sum() == pytest.approx(area)
+        np.testing.assert_allclose(own @ outline / area, centroid, atol=1e-9)
+    assert of_outlines[0] == pytest.approx([0.5] * 4)
+    assert of_outlines[1] == pytest.approx([1 / 6] * 3)
 
 
 def test_rounded_coordinates_of_a_long_tilted_wall_keep_all_contacts(tuff, dry):

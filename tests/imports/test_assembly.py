@@ -8,8 +8,8 @@ import pytest
 import blockstruct as bs
 from meshes import CUBE, QUADS
 from refusals import refused
+from structures import STONE
 
-STONE = bs.Material("stone", "20 kN/m^3")
 JOINT = bs.JointMaterial("joint", 0.6)
 
 

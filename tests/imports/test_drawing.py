@@ -13,8 +13,8 @@ import blockstruct as bs
 from blockstruct.imports.drawing import divided_arcs, read_outline
 from meshes import CUBE, QUADS
 from refusals import refused
+from structures import STONE
 
-STONE = bs.Material("stone", "20 kN/m^3")
 TUFF = bs.Material("tuff", "12 kN/m^3")
 JOINT = bs.JointMaterial("joint", 0.6)
 MM = 4
@@ -154,12 +154,19 @@ def test_blocks_of_the_drawing_are_followed(space, read):
     assert [b.centroid[0] for b in found.blocks] == pytest.approx([0.25, 0.75, 1.25])
 
 
+SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]
+
+
 def unit_on(layer, **attributes):
     def insert(space):
         rectangle(space.doc.blocks.new("UNIT"), 0, 0, 500, 250, "STONE")
         space.add_blockref("UNIT", (0, 0), dxfattribs={"layer": layer} | attributes)
 
     return insert
+
+
+def line(*corners, closed=False):
+    return lambda space: space.add_lwpolyline(corners, close=closed, dxfattribs={"layer": "STONE"})
 
 
 def other_drawing(space):
@@ -178,6 +185,12 @@ def smoothed_mesh(space):
         data.vertices, data.faces = cube_at(0)
 
 
+def on_paper(space):
+    sheet = space.doc.layout("Layout1")
+    sheet.add_viewport(center=(100, 100), size=(50, 50), view_center_point=(0, 0), view_height=500)
+    return rectangle(sheet, 0, 500, 1000, 500, "stone")
+
+
 @pytest.mark.parametrize(
     ("add", "words"),
     [
@@ -186,14 +199,25 @@ def smoothed_mesh(space):
         (frozen_unit, "1 block 'UNIT' on layer NOTES"),
         (unit_on("NOTES", invisible=1), "1 block 'UNIT' on layer NOTES"),
         (smoothed_mesh, "1 MESH on layer STONE"),
+        (lambda space: rectangle(space, 0, 0, 9, 9, extrusion=(0, -1, 0)), "1 polyline out of the drawing plane"),
+        (line(*SQUARE), "1 open polyline on layer STONE (handle {} (ends 0.25 m apart))"),
+        (
+            line((0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)),
+            "1 open polyline on layer STONE (handle {} (ends 0.141 m apart))",
+        ),
+        (line(*SQUARE[:2], closed=True), "1 polyline without area on layer STONE (handle {})"),
+        (line(*SQUARE[:2], (200, 0), closed=True), "1 polyline without area on layer STONE (handle {})"),
+        (line((5, 5), (5, 5), closed=True), "1 polyline without area on layer STONE (handle {})"),
+        (on_paper, "1 LWPOLYLINE on layer STONE in paper space, Layout1 (handle {})"),
     ],
 )
-def test_invisible_entities_are_reported(space, read, add, words):
+def test_what_is_left_out_is_reported(space, read, add, words):
     rectangle(space, 0, 250, 500, 250)
-    add(space)
-    with pytest.warns(bs.errors.GeometryWarning, match=words):
+    added = add(space)
+    with pytest.warns(bs.errors.GeometryWarning, match="left out"):
         found = read()
     assert [b.centroid[2] for b in found.blocks] == pytest.approx([0.375])
+    assert words.format(added and added.dxf.handle) in "; ".join(found.report.left_out)
 
 
 def test_control_points_of_a_spline_are_ignored(space, read):
@@ -227,22 +251,10 @@ def test_the_sign_of_a_thickness_gives_the_side_of_the_prism(space, read, plane,
     assert block.shape.volume == pytest.approx(0.5 * 0.25 * 0.7)
 
 
-def test_a_polyline_outside_the_drawing_plane_is_reported(space, read):
-    rectangle(space, 0, 0, 500, 250)
-    rectangle(space, 0, 0, 500, 250, "GROUND", thickness=100, extrusion=(0, -1, 0))
-    said = "1 polyline out of the drawing plane on layer GROUND, to be drawn in it or exported as a mesh"
-    with pytest.warns(bs.errors.GeometryWarning, match=said):
-        assert [b.name for b in read().blocks] == ["STONE.1"]
-
-
-SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]
-
-
 def test_the_closing_gap(space, read):
     rectangle(space, 600, 0, 500, 250)
-    line = space.add_lwpolyline([*SQUARE, (0, 3)], dxfattribs={"layer": "STONE"})
-    open_ = rf"1 open polyline on layer STONE \(handle {line.dxf.handle} \(ends 0.003 m apart\)\)"
-    with pytest.warns(bs.errors.GeometryWarning, match=open_):
+    line(*SQUARE, (0, 3))(space)
+    with pytest.warns(bs.errors.GeometryWarning, match=r"1 open polyline on layer STONE .*\(ends 0.003 m apart\)"):
         assert len(read(closing="2 mm").blocks) == 1
     closed = r"outlines closed whose ends lie apart by up to 0.003 m \(STONE.2\)"
     with pytest.warns(bs.errors.GeometryWarning, match=closed):
@@ -260,7 +272,7 @@ def test_the_closing_gap(space, read):
     ],
 )
 def test_edges_that_are_retraced_are_dropped_and_reported(space, read, corners, closed):
-    space.add_lwpolyline(corners, close=closed, dxfattribs={"layer": "STONE"})
+    line(*corners, closed=closed)(space)
     with pytest.warns(bs.errors.GeometryWarning, match=r"runs over its own edges again: \d+ \(STONE.1\)"):
         (block,) = read().blocks
     assert (block.volume, len(block.shape.faces)) == (pytest.approx(0.5 * 0.25 * 0.3), 6)
@@ -284,17 +296,6 @@ def test_random_repeated_outlines_are_restored(seed):
     assert found.retraced >= 3
 
 
-@pytest.mark.parametrize(
-    ("corners", "gap"), [(SQUARE, 0.25), ([(0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)], 0.141)]
-)
-def test_open_polylines_are_reported_with_handle_and_gap(space, read, corners, gap):
-    rectangle(space, 0, 600, 500, 250)
-    line = space.add_lwpolyline(corners, dxfattribs={"layer": "STONE"})
-    with pytest.warns(bs.errors.GeometryWarning, match="left out"):
-        found = read()
-    assert found.report.left_out == (f"1 open polyline on layer STONE (handle {line.dxf.handle} (ends {gap} m apart))",)
-
-
 def test_copies_must_have_the_same_material_and_support(space, read):
     rectangle(space, 0, 0, 500, 250)
     rectangle(space, 0, 0, 500, 250, "GROUND")
@@ -304,16 +305,6 @@ def test_copies_must_have_the_same_material_and_support(space, read):
         with refused(bs.errors.GeometryFileError, "'STONE.1' 'GROUND.1'"):
             read(**options)
     assert [b.name for b in read(supports=["GROUND"], exclude="STONE.*").blocks] == ["GROUND.1"]
-
-
-def test_outlines_without_area_are_reported(space, read):
-    rectangle(space, 0, 600, 500, 250)
-    flat = ([(0, 0), (500, 0)], [(0, 0), (500, 0), (200, 0)], [(5, 5), (5, 5)])
-    lines = [space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "STONE"}) for corners in flat]
-    with pytest.warns(bs.errors.GeometryWarning, match="left out"):
-        found = read()
-    handles = ", ".join(line.dxf.handle for line in lines)
-    assert found.report.left_out == (f"3 polyline without area on layer STONE (handle {handles})",)
 
 
 def test_override_unit(space, read):
@@ -385,15 +376,3 @@ def test_a_byte_order_mark_is_ignored(space, read, tmp_path, ending):
     (marked,) = read(tmp_path / "marked.dxf").blocks
     assert marked.name == plain.name == "PIÈRRE.1"
     np.testing.assert_array_equal(marked.shape.vertices, plain.shape.vertices)
-
-
-def test_entities_in_paper_space_are_reported(space, read):
-    rectangle(space, 0, 0, 1000, 500)
-    sheet = space.doc.layout("Layout1")
-    sheet.add_viewport(center=(100, 100), size=(50, 50), view_center_point=(0, 0), view_height=500)
-    stray = rectangle(sheet, 0, 500, 1000, 500, "stone")
-    with pytest.warns(bs.errors.GeometryWarning, match="paper space"):
-        found = read(material={"STONE": STONE})
-    assert found.report.blocks == 1
-    told = f"1 LWPOLYLINE on layer STONE in paper space, Layout1 (handle {stray.dxf.handle})"
-    assert found.report.left_out == (told,)

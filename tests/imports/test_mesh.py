@@ -16,8 +16,8 @@ from properties import few
 from refusals import refused
 from structures import STONE, box, moved, rotation
 
-JOINT = bs.JointMaterial("joint", 0.6)
-PLY = ply_text([box("b", [0, 0, 0])])
+JOINT, CUBES = bs.JointMaterial("joint", 0.6), [box("b", [0, 0, 0])]
+STL, PLY = stl_bytes(CUBES), ply_text(CUBES)
 
 
 @pytest.fixture
@@ -276,9 +276,9 @@ def test_obj_refuses_existing_files_and_names_that_it_cannot_store(tmp_path, wal
         bs.imports.write_obj(tmp_path / "none.obj", [])
 
 
-BLOCK = [box("b", [0, 0, 0], [1, 1, 1])]
 NOISE = np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8).tobytes()
-STL, PLY_TEXT = stl_bytes(BLOCK), ply_text(BLOCK)
+#: The projective plane on six vertices: every edge belongs to two triangles.
+ONE_SIDED = [(0, k, 1 + k % 5) for k in range(1, 6)] + [(1, 2, 4), (2, 3, 5), (3, 4, 1), (4, 5, 2), (5, 1, 3)]
 
 
 def without_a_vertex(stl):
@@ -299,18 +299,21 @@ def without_a_vertex(stl):
         ("a.obj", "no solid", "v 0 0 0\n"),
         ("a.obj", "vertex numbers", obj_text() + "f 1 2 1_0\n"),
         ("a.stl", "677 bytes", STL[:-7]),
-        ("a.stl", "'endsolid'", ascii_stl(BLOCK)[:-300]),
-        ("a.stl", "line vertex '0.0 zero 0.0'", ascii_stl(BLOCK).replace(" 0.0 0.0 0.0", " 0.0 zero 0.0", 1)),
-        ("a.stl", "line 7: 2 vertices triangles", without_a_vertex(ascii_stl(BLOCK))),
-        ("a.ply", "14 vertices 13 lines", PLY_TEXT[:-10]),
+        ("a.stl", "'endsolid'", ascii_stl(CUBES)[:-300]),
+        ("a.stl", "line vertex '0.0 zero 0.0'", ascii_stl(CUBES).replace(" 0.0 0.0 0.0", " 0.0 zero 0.0", 1)),
+        ("a.stl", "line 7: 2 vertices triangles", without_a_vertex(ascii_stl(CUBES))),
+        ("a.ply", "14 vertices 13 lines", PLY[:-10]),
         ("a.ply", "PLY", NOISE),
-        ("a.ply", "vertex 99 8", PLY_TEXT.replace("4 0 3 2 1", "4 0 3 2 99")),
-        ("a.stl", "line 'inner loop'", ascii_stl(BLOCK).replace("outer loop", "inner loop", 1)),
-        ("a.ply", "a.ply", PLY_TEXT.replace("element vertex 8", "element vertex 800000000000")),
-        ("a.ply", "6000000 500000", PLY_TEXT.replace("element face 6", "element face 6000000")),
+        ("a.ply", "vertex 99 8", PLY.replace("4 0 3 2 1", "4 0 3 2 99")),
+        ("a.stl", "line 'inner loop'", ascii_stl(CUBES).replace("outer loop", "inner loop", 1)),
+        ("a.ply", "a.ply", PLY.replace("element vertex 8", "element vertex 800000000000")),
+        ("a.ply", "6000000 500000", PLY.replace("element face 6", "element face 6000000")),
         ("a.obj", "open 4 edges one face", obj_text(faces=QUADS[:-1])),
         ("a.obj", "'a'", obj_text(vertices=[(x, y, 0) for x, y, _ in CUBE])),
         ("a.obj", "'a' corner (0, 0, 1) m", obj_text(faces=[*QUADS[:5], (4, 0, 3, 7, 3, 7)])),
+        ("a.obj", "'a' side", obj_text(np.random.default_rng(0).normal(size=(6, 3)), ONE_SIDED)),
+        ("a.obj", "crosses itself near", obj_text([*CUBE[:6], (0.4, 0.45, -1), CUBE[7]], fans(QUADS))),
+        ("a.obj", "2 of 3 'l' 'r'", objects_text({"good": CUBE}) + objects_text({"l": CUBE, "r": CUBE}, QUADS[:-1])),
     ],
 )
 def test_refused_meshes(tmp_path, name, words, content):
@@ -329,27 +332,11 @@ def test_a_body_without_any_area_is_refused(tmp_path, corner):
     assert left.volume == pytest.approx(1)
 
 
-def test_all_refused_bodies_are_named(tmp_path):
-    text = objects_text({"good": CUBE}) + objects_text({"left": CUBE, "right": CUBE}, QUADS[:-1])
-    with pytest.raises(bs.errors.GeometryFileError, match=r"(?s)2 of 3 .*'left'.*'right'"):
-        read(tmp_path, "a.obj", text)
-
-
 def test_two_bodies_with_a_common_edge_are_refused():
-    # Two cubes with one edge in common, as one body.
     vertices = np.array([*CUBE, *((x + 1, y + 1, z) for x, y, z in CUBE)])
     second = [tuple({0: 2, 4: 6}.get(i, i + 8) for i in f) for f in QUADS]
     with pytest.raises(bs.errors.GeometryError, match=r"'pair'.* 4 "):
         closed_surface(vertices, [*QUADS, *second], "pair")
-
-
-def test_a_one_sided_surface_is_refused():
-    # The projective plane on six vertices: every edge belongs to two triangles.
-    faces = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5), (0, 5, 1)]
-    faces += [(1, 2, 4), (2, 3, 5), (3, 4, 1), (4, 5, 2), (5, 1, 3)]
-    points = np.random.default_rng(0).normal(size=(6, 3))
-    with pytest.raises(bs.errors.GeometryError, match=r"'plane'.*side"):
-        closed_surface(points, faces, "plane")
 
 
 def test_a_scan_is_refused(tmp_path, monkeypatch):
@@ -358,17 +345,11 @@ def test_a_scan_is_refused(tmp_path, monkeypatch):
         read(tmp_path, "scan.obj", obj_text(faces=fans(QUADS)))
 
 
-def test_a_corner_through_the_other_side_is_refused(tmp_path):
-    vertices = [*CUBE[:6], (0.4, 0.45, -1), CUBE[7]]
-    with pytest.raises(bs.errors.GeometryFileError, match="crosses itself near"):
-        read(tmp_path, "spike.obj", obj_text(vertices, fans(QUADS)))
-
-
 def test_without_trimesh_the_error_names_the_extra(tmp_path, monkeypatch):
     """A million faces are refused before reading, and other formats need no extra."""
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[mesh\]"'):
-        read(tmp_path, "a.ply", PLY_TEXT)
+        read(tmp_path, "a.ply", PLY)
     header = bytes(80) + (1_000_000).to_bytes(4, "little")
     with pytest.raises(bs.errors.GeometryFileError, match=r"1000000 .* 500000"):
         read(tmp_path, "million.stl", header + bytes(50 * 1_000_000))

@@ -23,8 +23,8 @@ A, B, LOW = ["0 m", "0 m", "2 m"], ["1 m", "1 m", "2 m"], ["0 m", "0 m", "1 m"]
 FILL = "18 kN/m^3"
 
 
-def box(name, x=0.0, z=0.0, fixed=False):
-    return structures.box(name, [x, 0, z], fixed=fixed)
+def box(name, x=0.0, z=0.0, size=(1, 1, 1), fixed=False):
+    return structures.box(name, [x, 0, z], size, fixed=fixed)
 
 
 @pytest.mark.parametrize(
@@ -63,6 +63,8 @@ def box(name, x=0.0, z=0.0, fixed=False):
         (DIMENSION, "'j' friction_angle", lambda: bs.JointMaterial("j", friction_angle=Q_(0.65, ""))),
         (DIMENSION, "'j' dilatancy_angle", lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="0.1 dimensionless")),
         # The value has no mechanical meaning.
+        (GEOMETRY, "'b' size 0.0", lambda: box("b", size=[1, 0, 1])),
+        (GEOMETRY, "'b' vertex 3", lambda: polyhedron(np.where(np.arange(8) == 3, np.nan, CUBE.T).T, FACES, "b")),
         (MODEL, "'tuff' unit_weight density", lambda: bs.Material("tuff")),
         (MODEL, "'tuff' unit_weight -1", lambda: bs.Material("tuff", "-1 N/m^3")),
         (MODEL, "material '' name", lambda: bs.Material("", "1 N/m^3")),
@@ -94,6 +96,7 @@ def box(name, x=0.0, z=0.0, fixed=False):
         (MODEL, "relaxation_min 0.9 relaxation_max 0.8", lambda: settings_of(relaxation_min=0.9)),
         (MODEL, "yield_tolerance 0.1 0.01", lambda: settings_of(yield_tolerance=0.1)),
         (MODEL, "speed", lambda: bs.ProcedureSettings.of({"speed": 1})),
+        (MODEL, "'uniaxial'", lambda: settings_of(crushing="linearised", crushing_interaction="biaxial")),
         # A load has no meaning, or two.
         (MODEL, "Weight 'b' weight -1 kN PointLoad", lambda: bs.Weight("b", A, "-1 kN")),
         (MODEL, "Weight block ''", lambda: bs.Weight("", A, "1 kN")),
@@ -169,13 +172,6 @@ def test_usual_and_zero_unit_weights_do_not_warn():
 def test_refused_shapes(vertices, faces, words):
     with refused(GEOMETRY, f"'b' {words}"):
         bs.Block.from_faces("b", Q_(vertices, "m"), faces, STONE)
-
-
-def test_refused_boxes_and_vertices():
-    with refused(GEOMETRY, "'b' size 0.0"):
-        bs.Block.box("b", ORIGIN, Q_([1, 0, 1], "m"), STONE)
-    with refused(GEOMETRY, "'b' vertex 3"):
-        polyhedron(np.where(np.arange(8) == 3, np.nan, CUBE.T).T, FACES, "b")
 
 
 def test_the_face_towards_a_direction():
@@ -258,15 +254,6 @@ def test_interfaces_join_known_blocks_that_are_not_both_supports():
     found = bs.detect_interfaces(blocks, JOINT)
     with refused(MODEL, "'i' 'a' 'c' supports"):
         bs.Model("m", blocks, [*found.interfaces, interface(SQUARE[:, [2, 0, 1]], "c")])
-
-
-def test_a_slight_penetration_is_a_contact_or_an_error():
-    # 0.05 mm on blocks of 1 m: a contact with a larger tolerance, an overlap with a smaller one.
-    blocks = [box("a", fixed=True), box("b", z=1), box("c", x=1 - 5e-5, z=1), box("g", x=1.0 + 1e-9, fixed=True)]
-    with refused(GEOMETRY, "'b' 'c' 5e-05 m"):
-        model_of(blocks, JOINT)
-    found = bs.detect_interfaces(blocks, JOINT, tolerance="0.1 mm")
-    assert "b|c" in [i.name for i in bs.Model("m", blocks, found.interfaces).interfaces]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.results import macro_blocks
 from blockstruct.results.case_result import main_joints
-from blockstruct.text.mechanism import STEPS_OF_PATH, STEPS_OF_PROGRAMS, motion_clause
+from blockstruct.text.mechanism import motion_clause
 from blockstruct.views import figures
 from blockstruct.views.console import analysis_summary, result_text, summary_table
 from blockstruct.views.report.contents import contents
@@ -78,11 +78,13 @@ def test_few_joints_are_active_and_the_first_dissipates_most(every_schedule):
     assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=1e-2)
 
 
-def test_a_block_that_rocks_has_an_active_hinge_that_dissipates_nothing():
-    active = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0)).active_joints
-    assert active["state"].tolist() == ["hinge"]
-    assert active["dissipation"].tolist() == [0.0]
-    assert active["speed"].tolist() == [1.0]
+def test_a_block_that_rocks_is_one_body_on_a_hinge_that_dissipates_nothing():
+    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
+    assert result.active_joints.to_dict("list") == {"state": ["hinge"], "dissipation": [0.0], "speed": [1.0]}
+    table, (body,) = result.bodies, result.macro_blocks
+    assert table.loc["body 1", ["axis_x", "axis_z"]].to_list() == pytest.approx([0.5, 0.0], abs=1e-5)
+    assert table.loc["body 1", "rotation_y"] == body.rotation[1]
+    assert table.attrs["units"]["translation_x"] == "dimensionless"
 
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
@@ -107,15 +109,6 @@ def test_a_wall_out_of_plane_is_one_body_about_its_edge():
     assert len(hinges) == 5
     assert "33 of 33 free blocks move, 100% of the weight, as 1 body." in result.describe()
     assert "leans towards −y, turning about the axis along x through y = 0 m, z = 0 m." in result.describe()
-
-
-@pytest.mark.parametrize(
-    ("procedure", "words"),
-    [("fictitious", STEPS_OF_PROGRAMS), ("loading path", STEPS_OF_PATH)],
-)
-def test_the_description_names_the_kind_of_its_iterations(procedure, words):
-    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0), "nonassociative", procedure=procedure)
-    assert result.describe().endswith(words)
 
 
 def test_an_arch_has_three_moving_bodies_and_four_hinges():
@@ -163,7 +156,7 @@ def test_carried_weights_count_as_in_the_participating_mass():
         (
             (0.99, 0.14, -0.3),
             (-0.14, 0.99, 0),
-            "leans towards +x (99%), turning about an inclined axis near (1, 2, 3) m",
+            "leans towards +x (8° off), turning about an inclined axis near (1, 2, 3) m",
         ),
         ((0, -1, 0), (0, 0, 1), "swings towards −y, turning about the axis along z through x = 1 m, y = 2 m"),
     ],
@@ -171,14 +164,6 @@ def test_carried_weights_count_as_in_the_participating_mass():
 def test_bodies_move_in_words(translation, axis, words):
     unit = np.array(axis) / np.linalg.norm(axis)
     assert motion_clause(np.array(translation), (unit, np.array([1.0, 2, 3])), np.zeros(3), 1.0) == words
-
-
-def test_bodies_as_a_table_of_vectors():
-    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
-    table, (body,) = result.bodies, result.macro_blocks
-    assert table.loc["body 1", ["axis_x", "axis_z"]].to_list() == pytest.approx([0.5, 0.0], abs=1e-5)
-    assert table.loc["body 1", "rotation_y"] == body.rotation[1]
-    assert table.attrs["units"]["translation_x"] == "dimensionless"
 
 
 @pytest.fixture(scope="module")
@@ -220,17 +205,6 @@ def test_names_are_not_markup(small_model):
     tags, texts = page_of(model)
     assert "script" not in tags
     assert "friction coefficient 0.6, dilatancy angle 5°, compressive strength 4 MPa" in texts
-
-
-def test_a_certificate_prints_each_measure_with_its_tolerance(small_analysis):
-    result = next(iter(small_analysis.values()))
-    first, *lines = str(result.certificate).splitlines()
-    assert first == "certificate holds"
-    for line, (value, limit) in zip(lines, result.certificate.texts.values(), strict=True):
-        assert f" {value} of " in line
-        assert line.endswith(f"(tolerance {limit})")
-    limit = result.settings.numerics.gap_tolerance * result.load_factor
-    assert result.certificate.tolerances["flow_rule_gap"] == pytest.approx(limit)
 
 
 @pytest.mark.parametrize("again", [lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy])

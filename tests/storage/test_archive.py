@@ -62,10 +62,8 @@ def test_one_row_a_case(folder, small_analysis):
 
 
 def test_select(folder):
+    """By days and times; other comparisons are tested with the hostile ones."""
     archive = bs.Archive(folder)
-    assert archive.select("flow == 'associative' and load_factor > 0")["path"].tolist() == ["wall-2.h5", "wall.h5"]
-    assert set(archive.select("'north' in tags")["path"]) == {"wall.h5", "wall-2.h5"}
-    assert set(archive.select("'north' in tags and 'survey 2' in tags")["path"]) == {"wall-2.h5"}
     assert set(archive.select("created_at < '2025-03-02'")["path"]) == {"wall.h5"}
     assert set(archive.select("'2025-03-02' <= created_at <= '2026-03-01T10:00'")["path"]) == {"wall-2.h5"}
     assert archive.select("created_at < '2025-03-01'").empty

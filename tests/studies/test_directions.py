@@ -115,19 +115,11 @@ cases: [{name: push, dead: dead, %s, flow: associative}]
 
 
 def test_directions_of_a_document(tmp_path, done):
+    """Each case with directions has its summary."""
     path = tmp_path / "pier.yaml"
-    path.write_text(DOCUMENT % "directions: 4")
-    out = done("run", path, "-o", tmp_path / "pier.h5")
-    assert "governing: 90 deg, load factor 0.2\n" in out
-    out = done("show", tmp_path / "pier.h5")
-    assert "pier: pushed in 4 directions\n" in out
     path.write_text(DOCUMENT % "directions: [30 deg, 300 deg], vertical: -0.5")
     names = [case.name for case in bs.read_document(path).cases]
     assert names == ["push 30 deg, 0.5 down", "push 300 deg, 0.5 down"]
-
-
-def test_each_case_with_directions_has_its_summary(tmp_path, done):
-    path = tmp_path / "pier.yaml"
     more = (
         "{name: quake, dead: dead, directions: [0 deg, 90 deg], vertical: 0.5, flow: associative}, "
         "{name: along, dead: dead, variable: along, flow: associative}"

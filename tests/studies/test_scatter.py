@@ -111,14 +111,6 @@ def test_what_mean_and_fractiles_leave_out_or_count_is_told():
     assert [line.split()[0] for line in title.splitlines()] == ["1"] * 4
 
 
-def test_a_grid_has_no_distribution():
-    data = bs.study(studied.block, {"friction_coefficient": [0.3]}, workers=1)
-    with pytest.raises(bs.errors.ModelError, match="are not samples"):
-        bs.studies.summary(data)
-    with pytest.raises(bs.errors.ModelError, match=r"fractiles \(5,\)"):
-        bs.studies.summary(samples([1, 2]), fractiles=(5,))
-
-
 def load_factor(model, friction):
     """Result with a friction coefficient for each interface."""
     joints = [bs.JointMaterial(f"joint {k}", mu) for k, mu in enumerate(friction)]
@@ -203,7 +195,12 @@ def test_torsion_of_joints_counts_in_derivatives(torsion, lever):
     assert found.derivative.item() == pytest.approx(lever, rel=1e-5)
 
 
-def test_only_associative_results_have_derivatives(small_analysis):
+def test_questions_without_an_answer_are_refused(small_analysis):
+    data = bs.study(studied.block, {"friction_coefficient": [0.3]}, workers=1)
+    with pytest.raises(bs.errors.ModelError, match="are not samples"):
+        bs.studies.summary(data)
+    with pytest.raises(bs.errors.ModelError, match=r"fractiles \(5,\)"):
+        bs.studies.summary(samples([1, 2]), fractiles=(5,))
     with pytest.raises(bs.errors.ModelError, match="run it with flow='associative'"):
         bs.studies.first_order(small_analysis["push nonassociative"], 0.1)
     with pytest.raises(bs.errors.UnknownNameError, match="did you mean dry"):
@@ -237,18 +234,13 @@ def test_a_study_of_records_gives_shares_and_peaks():
 
 @pytest.mark.parametrize("undecided", [0, 2])
 def test_the_interval_is_that_of_clopper_and_pearson(undecided):
-    """Undecided records may be collapses or not: the interval holds for both."""
-    ends = ["collapses"] * 3 + ["stands"] * 7 + ["undecided"] * undecided
-    status = xr.DataArray([["converged", *ends]], dims=["scale", "case"])
-    found = bs.studies.fragility(xr.Dataset({"status": status}, coords={"scale": [1.0]}), confidence=0.9).isel(scale=0)
+    """Undecided records may be collapses or not: the interval holds for both. None decided is no share."""
+    ends = [["collapses"] * 3 + ["stands"] * 7 + ["undecided"] * undecided, ["failed"] * 8 + ["undecided"] * 2]
+    ends[1] += ["undecided"] * undecided
+    status = xr.DataArray([["converged", *of] for of in ends], dims=["scale", "case"])
+    data = xr.Dataset({"status": status}, coords={"scale": [1.0, 2.0]})
+    found, none = (bs.studies.fragility(data, confidence=0.9).isel(scale=k) for k in range(2))
     assert (int(found.records), float(found.share), int(found.undecided)) == (10, 0.3, undecided)
     assert binom.sf(2, 10 + undecided, float(found.low)) == pytest.approx(0.05)
     assert binom.cdf(3 + undecided, 10 + undecided, float(found.high)) == pytest.approx(0.05)
-
-
-def test_where_no_record_is_decided_the_share_is_unknown():
-    status = xr.DataArray([["stands", "stands"], ["failed", "undecided"]], dims=["scale", "case"])
-    found = bs.studies.fragility(xr.Dataset({"status": status}, coords={"scale": [1.0, 2.0]})).isel(scale=1)
-    assert (int(found.records), int(found.undecided)) == (0, 2)
-    assert (float(found.low), float(found.high)) == (0, 1)
-    assert np.isnan(found.share)
+    assert (int(none.records), float(none.low), float(none.high), bool(np.isnan(none.share))) == (0, 0, 1, True)

@@ -206,17 +206,6 @@ def block_on_a_bar(breaks_at: str | None = "0.1 m", yields_at: str = "4 kN") -> 
     return model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar])
 
 
-def balanced_beam() -> tuple[bs.Model, bs.LoadPattern]:
-    """A beam of 4 m on a pier 0.1 m wide below its middle, pressed down at its end: its centroid hardly moves."""
-    blocks = [
-        box("ground", [-1, 0, -0.5], [2, 0.3, 0.5], fixed=True),
-        box("pier", [-0.05, 0, 0], [0.1, 0.3, 0.4]),
-        box("beam", [-2, 0, 0.4], [4, 0.3, 0.3]),
-    ]
-    tip = bs.PointLoad("beam", Q_([2, 0.15, 0.7], "m"), Q_([0, 0, -1], "kN"))
-    return model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.LoadPattern("tip", [tip])
-
-
 def slipping_units() -> bs.Model:
     """A wall of ten units, which slip and rock."""
     return model_of(bonded(2, 4), bs.JointMaterial("dry", 0.5))

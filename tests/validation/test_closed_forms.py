@@ -13,11 +13,13 @@ REL = 1e-6
 
 
 @pytest.mark.parametrize(("b", "h", "mu"), [(0.5, 1.0, 0.65), (0.5, 1.0, 0.4), (2.0, 1.0, 0.65), (0.1, 3.0, 0.3)])
-def test_single_block_slides_or_rocks(b, h, mu):
-    result = solve(model_of(*single_block(b, h, mu=mu)), push(1, 0, 0))
+@pytest.mark.parametrize("psi", [None, 0, 10, 16])
+def test_single_block_slides_or_rocks(b, h, mu, psi):
+    """Sliding with dilatancy lifts the block and costs work: α = μ at any angle, ``None`` for the associative one."""
+    joint, flow = bs.JointMaterial("joint", mu, dilatancy_angle=Q_(psi or 0, "deg")), bs.Flow.NONASSOCIATIVE
+    result = solve(model_of(single_block(b, h)[0], joint), push(1, 0, 0), "associative" if psi is None else flow)
     assert result.status == "converged"
-    # Sliding with dilatancy lifts the block and costs work: α = μ holds for the associative block too.
-    assert result.load_factor == pytest.approx(min(mu, b / h), rel=REL)
+    assert result.load_factor == pytest.approx(min(mu, b / h), rel=REL if psi is None else 1e-5)
 
 
 def test_block_on_a_tilted_plane():
@@ -36,13 +38,6 @@ def test_block_on_two_supports_rocks_about_the_outer_edge():
     model = model_of([*piers, box("beam", [0, 0, 0], [1.2, 1, 2])], bs.JointMaterial("joint", 0.9))
     assert len(model.interfaces) == 2
     assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.6, rel=REL)
-
-
-def test_block_against_a_wall_is_unbounded():
-    supports = [box("ground", [0, 0, -1], [2, 1, 1], fixed=True), box("wall", [1, 0, 0], [1, 1, 1], fixed=True)]
-    model = model_of([*supports, box("block", [0, 0, 0], [1, 1, 1])], bs.JointMaterial("joint", 0.65))
-    result = solve(model, push(1, 0, 0), "nonassociative")
-    assert (result.status, result.load_factor) == ("unbounded", math.inf)
 
 
 @pytest.mark.parametrize(
@@ -96,14 +91,6 @@ def test_tension_of_a_joint_that_is_not_convex(direction):
     W = 20e3 * area * h
     variable = bs.LoadPattern("v", [bs.BodyForce(direction)])
     assert solve(model, variable).load_factor == pytest.approx((W + ft * area) * d / (W * h / 2), rel=REL)
-
-
-@pytest.mark.parametrize("psi", [0.0, 10.0, 20.0])
-def test_dilatancy_does_not_matter_to_a_free_block(psi):
-    joint = bs.JointMaterial("joint", 0.5, dilatancy_angle=Q_(psi, "deg"))
-    result = solve(model_of(single_block(2.0, 1.0)[0], joint), push(1, 0, 0), "nonassociative")
-    assert result.status == "converged"
-    assert result.load_factor == pytest.approx(0.5, rel=1e-5)
 
 
 def test_only_dilatancy_jams_a_drawer():

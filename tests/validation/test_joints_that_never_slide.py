@@ -12,8 +12,6 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.errors import DimensionError, ModelError
-from blockstruct.limit import LimitProblem
-from blockstruct.statics.statics import Statics
 from structures import SELF_WEIGHT, STONE, box, kept, model_of, push, semicircle, single_block, solve
 
 NEVER = bs.JointMaterial("never slides", math.inf)
@@ -130,20 +128,3 @@ def test_derivatives_of_the_others():
     derivative = found["derivative"].to_series()
     assert derivative.to_numpy() == pytest.approx([1.0, 0.0], abs=1e-4)
     assert np.isfinite(found["independent"])
-
-
-def test_no_shear_force_without_limit_is_redundant():
-    blocks = [
-        box("ground", [-1, -1, -1], [6, 3, 1], fixed=True),
-        box("left", [0, 0, 0], [1, 0.5, 1]),
-        box("right", [3, 0, 0], [0.5, 1, 1]),
-        box("upper", [3, 0, 1], [0.5, 1, 1]),
-    ]
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    problem = LimitProblem.of(Statics.of(model_of(blocks, NEVER)), case)
-    for part, joints in ((problem, 3), (problem.part(problem.groups == problem.groups[-1]), 2)):
-        assert len(part.free_shear) == 3 * joints
-        assert np.linalg.matrix_rank(part.A[:, part.free_shear].toarray()) == 3 * joints
-    two = LimitProblem.of(Statics.of(two_stacked()), case)
-    assert len(two.free_shear) == 3
-    assert set(two.free_shear // 3) <= set(np.flatnonzero(two.never_slides))

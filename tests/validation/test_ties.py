@@ -7,7 +7,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, STONE, model_of, moved, push, rotation, solve
+from structures import SELF_WEIGHT, box, model_of, moved, push, rotation, solve
 
 PROCEDURES = {
     "associative": {"flow": "associative"},
@@ -19,20 +19,16 @@ PROCEDURES = {
 }
 
 
-def box(name, x, y, z, *size, fixed=False):
-    return bs.Block.box(name, Q_([x, y, z], "m"), Q_(size, "m"), STONE, fixed=fixed)
-
-
 def tied_blocks(*heights, b=0.5):
     """Blocks of depth 1 m on top of each other, and a pier to tie them to."""
     levels = np.cumsum([0.0, *heights])
-    blocks = [box(f"b{k}", 0, 0, z, b, 1, h) for k, (z, h) in enumerate(zip(levels[:-1], heights, strict=True))]
-    ground = box("ground", -2, 0, -1, 4 + b, 1, 1, fixed=True)
-    return [ground, box("pier", -1.5, 0, 0, 0.5, 1, 4, fixed=True), *blocks]
+    blocks = [box(f"b{k}", [0, 0, z], [b, 1, h]) for k, (z, h) in enumerate(zip(levels[:-1], heights, strict=True))]
+    supports = ("ground", [-2, 0, -1], [4 + b, 1, 1]), ("pier", [-1.5, 0, 0], [0.5, 1, 4])
+    return [*(box(*of, fixed=True) for of in supports), *blocks]
 
 
-def tie_at(z, to, **given):
-    return bs.Tie("tie", ("pier", Q_([-1, 0.5, z], "m")), (to, Q_([0, 0.5, z], "m")), **given)
+def tie_at(z, to, name="tie", **given):
+    return bs.Tie(name, ("pier", Q_([-1, 0.5, z], "m")), (to, Q_([0, 0.5, z], "m")), **given)
 
 
 def tied(blocks, ties, mu=0.8, **joint):
@@ -79,9 +75,10 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
     # A row on the ground: a support, a heavy block, and one that is pushed away. Bond of 20 kN a metre.
     lengths, mu = (0.4, 0.5, last), 0.3
     x = np.cumsum([0.0, *lengths])
-    ground = box("ground", -1, 0, -1, 6, 1, 1, fixed=True)
-    heavy = bs.Block.box("heavy", Q_([x[1], 0, 0], "m"), Q_([lengths[1], 1, 4], "m"), STONE)
-    row = [ground, box("anchor", 0, 0, 0, lengths[0], 1, 0.4, fixed=True), heavy, box("last", x[2], 0, 0, last, 1, 0.4)]
+    ground = box("ground", [-1, 0, -1], [6, 1, 1], fixed=True)
+    heavy = box("heavy", [x[1], 0, 0], [lengths[1], 1, 4])
+    row = [ground, box("anchor", [0, 0, 0], [lengths[0], 1, 0.4], fixed=True), heavy]
+    row.append(box("last", [x[2], 0, 0], [last, 1, 0.4]))
     given = {"diameter": "20 mm", "bond_strength": Q_(20e3 / (math.pi * 0.02), "Pa"), "yield_force": "100 kN"}
     bar = bs.ties.BondedBar("bar", "[-0.1, 0.5, 0.2] m", Q_([x[3], 0.5, 0.2], "m"), **given)
     blow = bs.LoadPattern("blow", [bs.PointLoad("last", Q_([x[2] + last / 2, 0.5, 0.2], "m"), Q_([1, 0, 0], "kN"))])
@@ -112,10 +109,10 @@ def test_a_tied_block_whose_foot_crushes(procedure, crushing):
 
 def test_strip_at_the_surface():
     # Over the joint at the foot, on the face that opens: lever b instead of z.
-    foot = box("foot", 0, 0, -1, 0.5, 1, 1, fixed=True)
+    foot = box("foot", [0, 0, -1], [0.5, 1, 1], fixed=True)
     ends = ("foot", "[0, 0.5, -0.1] m"), ("b0", "[0, 0.5, 0.2] m")
     strip = bs.ties.Strip("strip", *ends, area="10 mm^2", strength="300 MPa")
-    result = solve(tied([foot, box("b0", 0, 0, 0, 0.5, 1, 2)], [strip]), push(1, 0, 0))
+    result = solve(tied([foot, box("b0", [0, 0, 0], [0.5, 1, 2])], [strip]), push(1, 0, 0))
     assert result.load_factor == pytest.approx((20.0 * 0.25 + 3.0 * 0.5) / 20.0, rel=1e-6)
 
 
@@ -128,8 +125,8 @@ def test_a_tie_takes_no_compression(procedure):
 
 @pytest.mark.parametrize("procedure", ["fictitious", "loading path"])
 def test_prestress_presses_a_joint_that_slides_without_dilatancy(procedure):
-    block = box("block", 0, 0, 0, 2, 1, 1)
-    ground = box("ground", -1, 0, -1, 4, 1, 1, fixed=True)
+    block = box("block", [0, 0, 0], [2, 1, 1])
+    ground = box("ground", [-1, 0, -1], [4, 1, 1], fixed=True)
     ends = ("ground", Q_([1, 0.5, -0.5], "m")), ("block", Q_([1, 0.5, 1], "m"))
     # Sliding does not make it longer: it keeps its prestress. Dilatant, it yields.
     tie = bs.Tie("tie", *ends, yield_force="20 kN", prestress="8 kN")
@@ -141,86 +138,76 @@ def test_prestress_presses_a_joint_that_slides_without_dilatancy(procedure):
 
 def test_a_tie_or_its_prestress_decides_whether_the_structure_stands():
     # A block that overhangs its support by more than half, held down by a vertical tie or not.
-    ground = box("ground", 0, 0, -2, 0.4, 1, 2, fixed=True)
-    block = box("block", 0, 0, 0, 1.0, 1, 0.5)
+    ground, block = box("ground", [0, 0, -2], [0.4, 1, 2], fixed=True), box("block", [0, 0, 0], [1.0, 1, 0.5])
     bare = model_of([ground, block], bs.JointMaterial("joint", 0.5))
     assert solve(bare, push(-1, 0, 0)).status == "unstable_under_dead_load"
     ends = ("ground", Q_([0.1, 0.5, -0.5], "m")), ("block", Q_([0.1, 0.5, 0.5], "m"))
     # W (0.5 − 0.4) = T 0.3 about the edge: 3.333 kN for 10 kN.
-    for force, stands in (("3.3 kN", False), ("3.4 kN", True)):
-        held = bare.with_ties([bs.Tie("tie", *ends, yield_force=force)])
-        result = solve(held, push(-1, 0, 0))
-        assert (result.status == "converged") == stands, result.status
-    # And a prestress that pulls it down beside its support.
+    for force, status in (("3.3 kN", "unstable_under_dead_load"), ("3.4 kN", "converged")):
+        assert solve(bare.with_ties([bs.Tie("tie", *ends, yield_force=force)]), push(-1, 0, 0)).status == status
+    # And a prestress that pulls it down beside its support: W (0.6 − 0.5) = T0 (0.9 − 0.6), again 3.333 kN.
     ends = ("foot", Q_([0.9, 0.5, -2], "m")), ("block", Q_([0.9, 0.5, 0.0], "m"))
-    wide = [box("ground", 0, 0, -2, 0.6, 1, 2, fixed=True), block, box("foot", 0.8, 0, -2.5, 0.2, 1, 0.5, fixed=True)]
-    # W (0.6 − 0.5) = T0 (0.9 − 0.6): again 3.333 kN.
-    for force, stands in (("3.3 kN", True), ("3.4 kN", False)):
-        tie = bs.Tie("tie", *ends, yield_force="50 kN", prestress=force)
-        model = model_of(wide, bs.JointMaterial("joint", 0.5)).with_ties([tie])
-        analysis = bs.AnalysisManager(model).run([bs.LimitCase("c", SELF_WEIGHT, push(-1, 0, 0), "associative")])
-        status = analysis["c"].status
-        assert (status != "unstable_under_dead_load") == stands, status
-        assert bs.results.contradictions(analysis) == []
-        if not stands:
-            # The share of dead load and prestress that is in equilibrium.
-            assert analysis["c"].ties["force [newton]"].iloc[0] < 3.4e3
+    supports = ("ground", [0, 0, -2], [0.6, 1, 2]), ("foot", [0.8, 0, -2.5], [0.2, 1, 0.5])
+    wide = model_of([*(box(*of, fixed=True) for of in supports), block], bs.JointMaterial("joint", 0.5))
+    for force, status in (("3.3 kN", "converged"), ("3.4 kN", "unstable_under_dead_load")):
+        model = wide.with_ties([bs.Tie("tie", *ends, yield_force="50 kN", prestress=force)])
+        analysis = bs.run(model, bs.LimitCase("c", SELF_WEIGHT, push(-1, 0, 0), "associative"))
+        assert (analysis["c"].status, bs.results.contradictions(analysis)) == (status, [])
+    # The share of dead load and prestress that is in equilibrium.
+    assert analysis["c"].ties["force [newton]"].iloc[0] < 3.4e3
 
 
 def two_ties():
     """Two blocks, tied a little at two levels."""
-    ties = [
-        bs.Tie(name, ("pier", Q_([-1, 0.5, z], "m")), (to, Q_([0, 0.5, z], "m")), yield_force="1 kN")
-        for name, to, z in (("low", "b0", 0.9), ("high", "b1", 1.9))
-    ]
-    return tied(tied_blocks(1.0, 1.0), ties)
+    places = ("low", 0.9, "b0"), ("high", 1.9, "b1")
+    return tied(tied_blocks(1.0, 1.0), [tie_at(z, to, name, yield_force="1 kN") for name, z, to in places])
+
+
+def least(model, names, wanted, direction=1, flow="associative", **settings):
+    """Least forces of ties for a push along x."""
+    case = bs.LimitCase("push", SELF_WEIGHT, push(direction, 0, 0), flow)
+    return bs.ties.least_tie_force(model, case, names, wanted, **settings)
 
 
 def test_least_tie_force_against_bisection():
-    model, wanted = two_ties(), 0.6
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    least = bs.ties.least_tie_force(model, case, ["high"], wanted)
-    assert least.proven
-    low, high = 2e3, 10e3
+    model, wanted, (low, high) = two_ties(), 0.6, (2e3, 10e3)
+    found = least(model, ["high"], wanted)
     while high - low > 1e-5 * high:
         middle = (low + high) / 2
-        trial = bs.Tie("high", *ends(model.ties[1]), yield_force=Q_(middle, "N"))
+        trial = tie_at(1.9, "b1", "high", yield_force=Q_(middle, "N"))
         reached = solve(model.with_ties([model.ties[0], trial]), push(1, 0, 0)).load_factor >= wanted
         low, high = (low, middle) if reached else (middle, high)
-    assert least.forces["high"] == pytest.approx(high, rel=2e-5)
+    assert found.proven
+    assert found.forces["high"] == pytest.approx(high, rel=2e-5)
 
 
 def test_least_tie_force_of_several_ties_is_what_they_need():
     model, wanted = two_ties(), 0.7
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
     other = bs.ProcedureSettings(numerics=bs.Numerics(solver="cvxpy:CLARABEL"))
-    assert bs.ties.least_tie_force(model, case, ["high"], wanted, settings=other).proven
-    both = bs.ties.least_tie_force(model, case, ["low", "high"], wanted)
-    alone = [bs.ties.least_tie_force(model, case, [name], wanted) for name in ("low", "high")]
+    assert least(model, ["high"], wanted, settings=other).proven
+    both, *alone = (least(model, names, wanted) for names in (["low", "high"], ["low"], ["high"]))
     assert both.proven
     # The other one keeps its strength of 1 kN where it is not sought.
-    assert both.total <= min(least.total + 1e3 for least in alone if least.proven) * (1 + 1e-6)
+    assert both.total <= min(one.total + 1e3 for one in alone if one.proven) * (1 + 1e-6)
     strong = [bs.Tie(t.name, *ends(t), yield_force=Q_(max(both.forces[t.name], 1e-3), "N")) for t in model.ties]
     assert solve(model.with_ties(strong), push(1, 0, 0)).load_factor == pytest.approx(wanted, rel=1e-6)
 
 
 def test_least_tie_force_where_none_is_needed_or_none_will_do():
     model = two_ties()
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
-    unneeded = bs.ties.least_tie_force(model.with_ties(model.ties[:1]), case, [model.ties[1]], 0.1)
+    unneeded = least(model.with_ties(model.ties[:1]), [model.ties[1]], 0.1, flow="nonassociative")
     assert (unneeded.proven, unneeded.total) == (True, 0.0)
     assert "without dilatancy" in str(unneeded)
-    stressed = bs.Tie("high", *ends(model.ties[1]), yield_force="1 kN", prestress="0.2 kN")
-    kept = bs.ties.least_tie_force(model.with_ties([stressed]), case, ["high"], 0.1)
+    stressed = tie_at(1.9, "b1", "high", yield_force="1 kN", prestress="0.2 kN")
+    kept = least(model.with_ties([stressed]), ["high"], 0.1)
     assert (kept.proven, kept.forces) == (True, pytest.approx({"high": 200.0}))
-    back = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    assert not bs.ties.least_tie_force(model, back, ["high"], 0.5).proven
+    assert not least(model, ["high"], 0.5, -1).proven
 
 
 def leaning():
     """A block 0.2 m too far out on another one, held back to a pier by ``t`` at its middle; a slab held by ``w``."""
-    fixed = ("ground", -3, 0, -1, 6, 1, 1), ("pier", -3, 0, 0, 0.5, 1, 3), ("post", 2.5, 0, 0, 0.3, 1, 2)
-    free = ("a", 0, 0, 0, 1, 1, 1), ("b", 0.7, 0, 1, 1, 1, 1), ("slab", -1.5, 0, 0, 0.3, 1, 2)
+    fixed = ("ground", [-3, 0, -1], [6, 1, 1]), ("pier", [-3, 0, 0], [0.5, 1, 3]), ("post", [2.5, 0, 0], [0.3, 1, 2])
+    free = ("a", [0, 0, 0]), ("b", [0.7, 0, 1]), ("slab", [-1.5, 0, 0], [0.3, 1, 2])
     blocks = [*(box(*of, fixed=True) for of in fixed), *(box(*of) for of in free)]
     places = {"t": [("pier", -2.5, 1.5), ("b", 0.7, 1.5)], "w": [("post", 2.5, 1.9), ("slab", -1.2, 1.9)]}
     ends = {name: [(to, Q_([x, 0.5, z], "m")) for to, x, z in of] for name, of in places.items()}
@@ -231,25 +218,21 @@ def leaning():
 def test_ties_that_the_dead_load_needs_are_not_left_out(wanted):
     """Moments about the edge of the lower block: T · 0.5 m = 20 kN · 0.2 m, while the push does the work of the tie."""
     model = tied([b for b in leaning().blocks if b.name not in ("slab", "post")], leaning().ties[:1], mu=0.7)
-    case = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    least = bs.ties.least_tie_force(model, case, ["t"], wanted)
-    assert least.forces["t"] == pytest.approx(8e3, rel=1e-6)
-    assert (least.proven, least.governing) == (True, "dead load")
-    out = bs.ties.least_tie_force(model, bs.LimitCase("out", SELF_WEIGHT, push(1, 0, 0), "associative"), ["t"], wanted)
+    back, out = (least(model, ["t"], wanted, direction) for direction in (-1, 1))
+    assert back.forces["t"] == pytest.approx(8e3, rel=1e-6)
+    assert (back.proven, back.governing) == (True, "dead load")
     assert out.forces["t"] == pytest.approx(8e3 + 20e3 * wanted, rel=1e-6)
     assert (out.proven, out.governing) == (True, "load factor")
 
 
 def test_ties_that_two_loads_need_are_enough_but_not_proven_to_be_the_least():
     model, wanted = leaning(), 0.3
-    case = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
-    least = bs.ties.least_tie_force(model, case, ["t", "w"], wanted)
+    found = least(model, ["t", "w"], wanted, -1)
     # The slab: T · 1.9 m = W (0.3 · 1 m − 0.15 m) with W = 12 kN.
     slab = 12e3 * (wanted - 0.15) / 1.9
-    assert least.forces == pytest.approx({"t": 8e3, "w": slab}, rel=1e-5)
-    assert (least.proven, least.governing) == (False, "both")
-    assert "a smaller sum may do" in str(least)
-    strong = [bs.Tie(t.name, *ends(t), yield_force=Q_(least.forces[t.name] * (1 + 1e-5), "N")) for t in model.ties]
+    assert found.forces == pytest.approx({"t": 8e3, "w": slab}, rel=1e-5)
+    assert (found.proven, found.governing) == (False, "both")
+    strong = [bs.Tie(t.name, *ends(t), yield_force=Q_(found.forces[t.name] * (1 + 1e-5), "N")) for t in model.ties]
     assert solve(model.with_ties(strong), push(-1, 0, 0)).load_factor == pytest.approx(wanted, rel=1e-4)
 
 

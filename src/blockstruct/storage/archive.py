@@ -46,7 +46,10 @@ _FIRST = (
 #: Columns of the short table, before and after the parameters.
 _SHORT = (
     ("path", "case", "model"),
-    ("load_factor", *REACTIONS.values(), "d0", "curve_end", "status", "settled", "flow", "n_iterations", "problem"),
+    (
+        *("load_factor", *REACTIONS.values(), "d0", "curve_end", *_OF_RECORDS),
+        *("status", "settled", "flow", "n_iterations", "problem"),
+    ),
 )
 #: Units of the columns that have one.
 _UNITS = {
@@ -107,10 +110,10 @@ class Archive:
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
         that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
         settlements, ``d0`` and ``curve_end`` (m) of pushovers, of which the second is the displacement of their last
-        state, ``status``, ``settled``, false where the load factor had not settled when the procedure
-        ended, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be read. A run
-        that is under way or was killed has a row of that kind, too. The units of columns, coherent SI, are in
-        ``table.attrs["units"]``.
+        state, ``peak_displacement`` (m) and ``collapse_time`` (s) of records, ``status``, ``settled``, false where the
+        load factor had not settled when the procedure ended, ``flow``, ``n_iterations`` and ``problem``: why a file,
+        which has one row then, cannot be read. A run that is under way or was killed has a row of that kind, too. The
+        units of columns, coherent SI, are in ``table.attrs["units"]``.
 
         Parameters
         ----------
