@@ -365,14 +365,5 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
         rows.append(("given, not measured", shortened(sorted(by_hand))))
     why = Counter("blocks between" if c.is_hidden else c.reason for c in report.rejected)
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
-    apart = [pair for pair in report.close if pair[2] > report.tolerances.gap]
-    if len(apart) < len(report.close):
-        rows.append(
-            ("touch along a line only", [counted(len(report.close) - len(apart), "pair of blocks", "pairs of blocks")])
-        )
-    if report.accepted_slivers:
-        rows.append(
-            ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])
-        )
     rows += [("hint", [hint]) for hint in report.hints]
     return rows + [(kind, shortened(lines)) for kind, lines in report.listing()]
