@@ -171,10 +171,7 @@ TIED = (60 * 0.1 + 320 * 0.4) / (60 * 1.5 + 320 * 2)
     [(90, (60 * 1.5 + 320 * 2) ** 2 / (380 * (60 * 1.5**2 + 320 * 2**2)), 2), ((TIED * 90 - 6) / 2, 1.0, 1)],
 )
 def test_a_tie_that_does_not_yield_makes_one_mechanism_of_two_walls(yield_force, e_star, bodies):
-    """A thin wall goes over and pulls a thick one along by a tie at 2 m, with (α 60 · 1.5 − 60 · 0.1) / 2 = 5.26 kN.
-
-    If it yields at just that force, either wall goes over with it by itself.
-    """
+    """A thin wall goes over and pulls a thick one along by a tie at 2 m, with (α 60 · 1.5 − 60 · 0.1) / 2 = 5.26 kN."""
     ends = ("wall 0", Q_([2.5, 0.2, 2], "m")), ("wall 1", Q_([2.5, 1, 2], "m"))
     tie = bs.Tie("tie", *ends, yield_force=Q_(yield_force, "kN"))
     check = checked(standing((0, 0, 5, 0.2, 3), (0, 1, 5, 0.8, 4), ties=[tie]))

@@ -176,10 +176,7 @@ def test_a_block_slides_down_a_slope_that_hardly_holds_it(slope):
 
 
 def test_contacts_that_were_none_close():
-    """A block slides until it meets a stop 0.1 m away, where no interface was; from there it turns over.
-
-    At the stop it can only turn over, about its foot: ``α = b / h``. That the load factor rises and jumps is reported.
-    """
+    """A block slides until it meets a stop 0.1 m away, without an interface; there it turns over, at ``α = b / h``."""
     b, h, mu = 0.4, 0.5, 0.2
     blocks = [
         box("ground", (-1, 2), (-0.5, 0), fixed=True),
@@ -331,10 +328,7 @@ def test_a_control_point_at_rest_has_no_curve(direction):
 
 
 def test_a_control_point_that_comes_back():
-    """Of the top 0.2 m behind the toe: it rises until ``tan θ = 0.2 / 1.5``, and sinks before ``tan θ = 0.2``.
-
-    The steps are those of the block, and how the curve ends is told.
-    """
+    """Of the top 0.2 m behind the toe: it rises until ``tan θ = 0.2 / 1.5``, and sinks before ``tan θ = 0.2``."""
     blocks, _ = single_block(0.3, 1.5)
     control = {"control": ("block", "+z"), "control_point": Q_([0.1, 0.5, 1.5], "m")}
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), **control, steps=12)
