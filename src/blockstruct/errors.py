@@ -107,10 +107,6 @@ class UnverifiedWarning(UserWarning):
     """
 
 
-class FormatWarning(UserWarning):
-    """A file that other programs may misread; write it again."""
-
-
 class VersionWarning(UserWarning):
     """A resumed run keeps numbers of other versions.
 

@@ -292,7 +292,8 @@ def _factor(unit: str, dimension: str, what: str, typed: Any) -> float:
     if found is None:
         wanted = "a plain number" if dimension == "dimensionless" else f"{_article(dimension)} {dimension}"
         example = _EXAMPLES.get(dimension, "0.65")
-        msg = f"{what}: the unit of {shown(typed)} does not fit; give {wanted}, as in {example!r}"
+        given = f"unit of {shown(typed)}" if isinstance(typed, str) else f"unit {unit!r}"
+        msg = f"{what}: the {given} does not fit; give {wanted}, as in {example!r}"
         raise DimensionError(msg)
     return found
 

@@ -55,6 +55,17 @@ def coordinate(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}" if abs(value) < 10 else f"{round(value, digits - 1):.15g}"
 
 
+def axis_text(direction: Sequence[float]) -> str:
+    """Return a direction as an axis, or as its three components.
+
+    >>> axis_text((0, 0, -1)), axis_text((0.6, 0.8, 0))
+    ('-z', '(0.6, 0.8, 0)')
+    """
+    rounded = [round(value, 4) + 0.0 for value in direction]
+    named = [f"{'-' if value < 0 else '+'}{axis}" for axis, value in zip(AXES, rounded, strict=True) if value]
+    return named[0] if len(named) == 1 else f"({', '.join(f'{value:.3g}' for value in rounded)})"
+
+
 #: Items that a sentence lists, and that a list has, before it counts the others.
 FEW, LISTED = 3, 10
 

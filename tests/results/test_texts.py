@@ -156,7 +156,7 @@ def test_carried_weights_count_as_in_the_participating_mass():
         (
             (0.99, 0.14, -0.3),
             (-0.14, 0.99, 0),
-            "leans towards +x (99%), turning about an inclined axis near (1, 2, 3) m",
+            "leans towards +x (8° off), turning about an inclined axis near (1, 2, 3) m",
         ),
         ((0, -1, 0), (0, 0, 1), "swings towards −y, turning about the axis along z through x = 1 m, y = 2 m"),
     ],

@@ -1,16 +1,20 @@
 """Pushovers and responses to records on disk: written, read, checked, and gone on with after a kill at any state."""
 
+import io
+import re
 import shutil
 from html import unescape
 
 import numpy as np
 import pytest
 import xarray as xr
+from rich.console import Console
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseStarted, StateDone, StepDone
 from blockstruct.storage.file import folder_of
+from blockstruct.views.console import archive_table
 from properties import slow_after
 from structures import (
     SELF_WEIGHT,
@@ -148,11 +152,33 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
     said = unescape(write_report(analysis, tmp_path / "report.html").read_text())
     for sentence in bs.results.response_words(result.model, result.response):
         assert sentence in said
-    assert "The structure stands in all of 2 cases." in said
+    largest = max(analysis.values(), key=lambda one: one.peak_displacement)
+    assert f"The structure stands in all of 2 cases. It moves furthest in “{largest.name}”." in said
+    assert f"{1e3 * largest.peak_displacement:.4g}" in re.search(r"<b>(.*?)</b>", said)[1]
+    # On the first page, and on the page of each case.
+    assert said.count('alt="Displacement of the block that moves furthest') == 3
     table = export.tables(analysis)["response"].loc["along"]
     assert table["kinetic_energy [joule]"].to_numpy() == pytest.approx(result.response.kinetic_energy.to_numpy())
-    with pytest.raises(bs.errors.ModelError, match="ParaView plays a record"):
-        export.write_glb(result, tmp_path / "along.glb")
+    largest = table["largest_displacement [meter]"].max()
+    assert largest == pytest.approx(float(np.linalg.norm(result.response.displacement, axis=2).max()))
+    export.write_glb(result, tmp_path / "along.glb")
+    bar, still = result.model.blocks[-1], result.response.displacement.isel(time=-1, block=-1).to_numpy()
+    path = export.write_moved(result, tmp_path / "along.obj", step=-1)
+    moved = bs.imports.read_mesh(path, unit="m", material=bar.material).blocks[-1]
+    np.testing.assert_allclose(moved.centroid, bar.centroid + still, atol=1e-9)
+    with pytest.raises(bs.errors.ModelError, match="no mechanism, stands; give a step"):
+        export.write_moved(result, tmp_path / "along.stl")
+
+
+def test_an_archive_has_the_numbers_of_records(stored):
+    analysis, path = stored
+    table = bs.Archive(path.parent).table().set_index("case")
+    for name, result in analysis.items():
+        assert table.peak_displacement[name] == result.peak_displacement
+        assert np.isnan(table.collapse_time[name])
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(archive_table(table.reset_index()))
+    assert f"{1e3 * analysis['along'].peak_displacement:.4g} mm" in console.export_text()
 
 
 def standing(friction, *boxes):

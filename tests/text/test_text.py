@@ -230,6 +230,18 @@ def test_the_first_page_without_a_number():
     )
 
 
+@pytest.mark.parametrize(
+    ("status", "cases", "words"),
+    [
+        (Status.COLLAPSES, 2, "The structure collapses in “x”, the worst of 2 cases."),
+        (Status.UNDECIDED, 1, "It is undecided whether the structure stands in “x”."),
+        (Status.STANDS, 2, "The structure stands in all of 2 cases. It moves furthest in “x”. The response "),
+    ],
+)
+def test_the_first_page_of_a_record(status, cases, words):
+    assert report.no_number("x", status, LOAD_FACTOR, cases=cases, checks=0).startswith(words)
+
+
 def test_lines_on_samples():
     assert study.sample_line("push", 20, 20, 0.3, 0.0123) == "push: 20 runs, mean 0.3, standard deviation 0.012"
     assert study.sample_line("push", 20, 18, 0.3, 0.01).endswith(" of the 18 with a finite load factor")

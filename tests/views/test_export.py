@@ -75,7 +75,7 @@ def test_moved_blocks_are_read_again(analysis, tmp_path):
     export.write_moved(analysis["push"], tmp_path / "moved.stl", step=-1)
     total = sum(b.volume for b in analysis.model.blocks)
     assert trimesh.load(tmp_path / "moved.stl").volume == pytest.approx(total, rel=1e-6)
-    for case, step, words in (("plain", 0, "no states of a pushover"), ("push", 99, "no state 99; it has 0 to")):
+    for case, step, words in (("plain", 0, "no states of a motion"), ("push", 99, "no state 99; it has 0 to")):
         with pytest.raises(bs.errors.ModelError, match=words):
             export.write_moved(analysis[case], tmp_path / "none.stl", step=step)
 

@@ -81,7 +81,7 @@ def test_a_case_without_a_curve_says_why(analysis, tmp_path, fails):
         bs.results.capacity_frame(analysis["plain"].capacity)
     case = attrs.evolve(analysis["push"].case, control=("block", (0, 1, 0)))
     found = bs.AnalysisManager(analysis.model, tmp_path / "rests.h5").run([case])
-    with refused(bs.errors.ModelError, "(0, 1, 0) 'block'"):
+    with refused(bs.errors.ModelError, "+y 'block'"):
         figures.capacity(found["push"])
     fails("--pushover: case 'push': ", "history", tmp_path / "rests.h5", "push", "--pushover")
     assert found["push"].missing_curve in result_text(found["push"]).plain
@@ -89,11 +89,11 @@ def test_a_case_without_a_curve_says_why(analysis, tmp_path, fails):
 
 def test_the_page_has_every_step(analysis, result, last):
     pushed, plain = payload(analysis)["cases"]
-    assert "pushover" not in plain
-    curve, data = result.capacity, pushed["pushover"]
-    assert data["displacement"] == curve["displacement"].to_numpy().tolist()
+    assert "motion" not in plain
+    curve, data = result.capacity, pushed["motion"]
+    assert data["along"] == (1e3 * curve["displacement"]).to_numpy().tolist()
     assert data["values"] == curve["load_factor"].to_numpy().tolist()
-    motion = np.frombuffer(zlib.decompress(base64.b64decode(data["motion"])), "<f4").reshape(last + 1, 3, 12)
+    motion = np.frombuffer(zlib.decompress(base64.b64decode(data["places"])), "<f4").reshape(last + 1, 3, 12)
     # The block has turned about its edge (0.5, y, 0).
     R, c = motion[-1, 2, :9].reshape(3, 3), motion[-1, 2, 9:]
     np.testing.assert_allclose(c + R @ [0.25, 0, -1], [0.5, 0.5, 0], atol=1e-4)
@@ -102,6 +102,26 @@ def test_the_page_has_every_step(analysis, result, last):
     (state, force, longer), (held, *_) = data["tie"][-1]
     assert (state, force, held) == ("broken", 0.0, "yielding")
     assert longer == curve["tie_elongation"][-1, 0].item() > 0.06
+
+
+@pytest.mark.slow
+def test_the_page_plays_a_record(browser, tmp_path):
+    """A block that turns over is shown as it lies, and where it was; a page may have no other case."""
+    blocks = [box("ground", [-2, 0, -1], [4, 1, 1], fixed=True), box("block", [0, 0, 0], [0.3, 1, 1.5])]
+    model = model_of(blocks, bs.JointMaterial("joint", 0.6))
+    case = bs.RecordCase("shock", SELF_WEIGHT, Q_([0, 1, 0], "g_0"), "0.3 s", "+x")
+    analysis = bs.run(model, case, progress=False)
+    result = analysis["shock"]
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        assert page.inner_text("#load-factor") == f"{result.collapse_time:.4g} s"
+        assert not page.is_visible("#play")
+        still = np.concatenate([b.shape.vertices for b in model.blocks])[8:].mean(axis=0)
+        for state in (-1, 0):
+            states = result.response.sizes["time"]
+            slide(page, "step", state % states)
+            moved = coordinates(page, 1)[8:].mean(axis=0) - still
+            displacement = result.response.displacement.isel(time=state).sel(block="block")
+            np.testing.assert_allclose(moved, displacement, atol=1e-5)
 
 
 @pytest.mark.slow
@@ -191,7 +211,7 @@ def printed(renderable):
 def test_the_console_shows_reactions(settled):
     found, folder = settled
     text = printed(result_text(found["goes down"]))
-    assert "dead, left moves along (0, 0, -1), nonassociative flow" in text
+    assert "dead, left moves along -z, nonassociative flow" in text
     assert str(found["goes down"].headline) in text
     assert "Statics allows reactions from 20.57 kN to 27.43 kN under the dead load." in text
     for case, unit in (("goes down", "N"), ("turns", "N·m")):

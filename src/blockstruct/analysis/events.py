@@ -98,8 +98,10 @@ def describe(event: Event) -> tuple[str, float]:
             at = f"displacement {step.displacement:.4g} m, {_answer(case, step)}"
             return f"state {index}, {at}", min(index / case.steps, 0.99)
         case StateDone(case, _, state):
-            share = (state.time - float(case.times[0])) / case.duration
-            return f"{state.time:.2f} s of {case.duration:.4g} s", min(share, 0.99)
+            elapsed = state.time - float(case.times[0])
+            if elapsed > case.duration:
+                return f"{elapsed - case.duration:.2f} s after the record, not yet at rest", 0.99
+            return f"{elapsed:.2f} s of {case.duration:.4g} s", min(elapsed / case.duration, 0.99)
         case CaseFinished(result):
             states = result.response if result.capacity is None else result.capacity
             count = counted(result.n_iterations, "numerical iteration")
@@ -151,7 +153,7 @@ def follow(write: Callable[[str, float], None]) -> Listener:
         if isinstance(event, CaseStarted):
             begin = perf_counter()
             place = f"case {event.number} of {event.count}, " * (event.count > 1) + event.case.name
-        elif isinstance(event, StateDone) and done > 0:
+        elif isinstance(event, StateDone) and 0 < done < 0.99:
             text += f", about {(perf_counter() - begin) * (1 - done) / done:.0f} s left"
         write(f"{place}: {text}", done)
 

@@ -36,7 +36,7 @@ from blockstruct.results.analysis import Analysis, checked_parameters, checked_t
 from blockstruct.results.capacity import state_arrays
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.comparison import Comparison
-from blockstruct.results.history import division_of, history_variables, iteration_variables
+from blockstruct.results.history import division_of, iteration_variables
 from blockstruct.results.interfaces import corner_torsion
 from blockstruct.solvers import RememberingSolver, solver_of
 from blockstruct.statics.contacts import Division
@@ -65,7 +65,7 @@ class Recorder:
         """Commit the content of an event."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
-                self._working.start(case.name, plan.versions(), *history_variables(statics, problem, []))
+                self._working.start(case.name, plan.versions())
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
@@ -261,7 +261,7 @@ class AnalysisManager:
         """
         options: dict[str, Any] = {"listeners": listeners, "progress": progress, "effects": effects}
         if is_unfinished(path):
-            with Checkpoint.reopen(path, plan.blank_history) as working:
+            with Checkpoint.reopen(path) as working:
                 analysis = working.analysis()
                 plan.warn_of_versions(analysis)
                 done = cls._resuming(analysis, path, **options)._record(analysis, working)
@@ -583,7 +583,7 @@ def recover(path: str | Path) -> Analysis:
     FormatError
         If the working data are damaged at their root.
     """
-    with Checkpoint.reopen(path, plan.blank_history) as working:
+    with Checkpoint.reopen(path) as working:
         analysis = working.analysis()
         working.finish(analysis)
     return analysis

@@ -10,7 +10,6 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning, VersionWarning
 from blockstruct.limit import LimitProblem, Outcome
@@ -22,7 +21,6 @@ from blockstruct.results import history_of
 from blockstruct.results.analysis import Analysis, run_name
 from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.solvers import solver_of
-from blockstruct.statics.contacts import Division
 from blockstruct.statics.moved import MovingStructure
 from blockstruct.statics.statics import Statics
 from blockstruct.storage import patterns
@@ -62,12 +60,6 @@ def runs_of(cases: Sequence[Case], settings: ProcedureSettings, schedules: Seque
         bound = str(Flow.ASSOCIATIVE)
         runs.append(Run(case.renamed(run_name(case.name, bound), Flow.ASSOCIATIVE), settings, bound, case.name))
     return runs
-
-
-def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
-    """Return the history of a case that has not begun."""
-    statics = Statics.of(model, Division(result.settings.crushing_cells))
-    return history_of(statics, LimitProblem.of(statics, result.case), [])
 
 
 def planned_result(run: Run, statics: Statics, problem: LimitProblem, started_at: str) -> CaseResult:

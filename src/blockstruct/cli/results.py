@@ -31,7 +31,15 @@ if TYPE_CHECKING:
 
 #: Printed variables of each state of a pushover, and of a response to a record.
 _OF_STATES = (
-    *("displacement [meter]", "load_factor", "reaction [newton]", "holds", "penetration [meter]", "energy_error"),
+    *(
+        "displacement [meter]",
+        "largest_displacement [meter]",
+        "load_factor",
+        "reaction [newton]",
+        "holds",
+        "penetration [meter]",
+        "energy_error",
+    ),
     *("kinetic_energy [joule]", "dead_work [joule]", "record_work [joule]", "dissipated_energy [joule]"),
 )
 
@@ -66,16 +74,19 @@ def history(
     case: Annotated[str | None, argument("Name of a case; without it, the cases are listed.")] = None,
     variable: Annotated[
         str | None,
-        option("Print one variable: any of the history, or state, force, moment, eccentricity of the interfaces."),
+        option(
+            "Print one variable: any of the history or of the states, or state, force, moment, eccentricity of the "
+            "interfaces."
+        ),
     ] = None,
     interface: Annotated[str | None, option("Print one interface only.")] = None,
     pushover: Annotated[
-        bool, option("Print the states of a pushover; a variable such as tie_force of them.", "--pushover")
+        bool, option("Print the states of a pushover or a settlement, not the iterations.", "--pushover")
     ] = False,
     last: Annotated[bool, option("Print the last iteration, or state, only.", "--last")] = False,
     csv: CsvOption = None,
 ) -> None:
-    """Print the iteration history of a case, or the states of a pushover or record."""
+    """Print the iterations of a case, or the states of a pushover, settlement or record."""
     from blockstruct.views.console import iteration_table
 
     analysis = bs.open_analysis(file)
@@ -118,7 +129,11 @@ def _states(
     if csv is not None:
         _write_csv(frame, csv)
         return
-    say((frame if variable else frame[[name for name in _OF_STATES if name in frame]]).to_string())
+    if variable is None:
+        # The multiplier of a settlement is its reaction in another unit.
+        names = [name for name in _OF_STATES if name in frame]
+        frame = frame[[name for name in names if name != "load_factor" or "reaction [newton]" not in names]]
+    say(frame.to_string())
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:
@@ -250,7 +265,9 @@ def export(
     ],
     case: Annotated[str | None, option("Name of the case; not for tables.", default="the only case")] = None,
     amplitude: Annotated[str | None, option("Largest translation in the mechanism, as in '20 cm'.")] = None,
-    step: Annotated[int | None, option("State of a pushover for OBJ or STL; -1 is the last.")] = None,
+    step: Annotated[
+        int | None, option("State of a pushover, settlement or record, for OBJ or STL; -1 is the last.")
+    ] = None,
 ) -> None:
     """Write results for other programs: Blender, Rhino, COMPAS, ParaView, Excel."""
     from blockstruct.views import export as views

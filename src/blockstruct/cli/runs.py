@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import warnings
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -105,10 +104,7 @@ def resume(file: FileArgument, quiet: QuietOption = False) -> None:
 @app.command()
 def migrate(file: FileArgument) -> None:
     """Rewrite an analysis file in place in the current format."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bs.errors.FormatWarning)
-        analysis = bs.open_analysis(file)
-    bs.save_analysis(analysis, file)
+    bs.save_analysis(bs.open_analysis(file), file)
     say(f"written: {file}")
 
 

@@ -111,7 +111,7 @@ def detect_interfaces(
     detection = _detection(same_blocks(blocks), size, limits, known)
     interfaces = (*known, *(i.with_joint_material(rule(i)) for i in detection.interfaces))
     check_rules_fit(joint_material, interfaces, who)
-    return Detection(interfaces, detection.report, tuple(blocks))
+    return Detection(interfaces, detection.report)
 
 
 @lru_cache(maxsize=1)

@@ -6,9 +6,11 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 import yaml
 
@@ -18,10 +20,8 @@ from blockstruct.documents import yaml_core
 from blockstruct.errors import BlockstructError, DocumentError, ModelError, StorageError, UnknownNameError
 from blockstruct.files import check_new, read_file, unique_pairs, write_new
 from blockstruct.model import (
-    JOINT_PROPERTIES,
     LOAD_KINDS,
     TIE_KINDS,
-    TIE_QUANTITIES,
     AnyTie,
     Block,
     Case,
@@ -38,15 +38,15 @@ from blockstruct.model import (
     SettlementCase,
     check_unrepeated,
     direction_cases,
-    given_quantities,
     kind_of,
     tie_kind_of,
 )
+from blockstruct.model.fields import absent_value, is_anchor
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall, room, wall
 from blockstruct.structures.courses import courses
 from blockstruct.units import parse, si, si_text, to_quantity
-from blockstruct.vocabulary import Torsion, counted
+from blockstruct.vocabulary import counted
 
 
 def wall_of(entry: dict[str, Any], material: Material) -> list[Block]:
@@ -253,11 +253,9 @@ def _block_from(entry: dict[str, Any], material: Material) -> Block:
 
 
 def _tie_from(entry: dict[str, Any]) -> AnyTie:
-    kind = TIE_KINDS[entry["kind"]]
     arguments = {key: value for key, value in entry.items() if key != "kind"}
-    if kind.anchored:
-        arguments |= {end: _place(entry[end], entry[end]["point"]) for end in ("start", "end")}
-    return kind.type(**arguments)
+    anchors = {end: entry[end] for end in ("start", "end") if isinstance(entry[end], dict)}
+    return TIE_KINDS[entry["kind"]](**arguments | {end: _place(a, a["point"]) for end, a in anchors.items()})
 
 
 def _place(entry: dict[str, Any], value: Any) -> Any:
@@ -266,7 +264,7 @@ def _place(entry: dict[str, Any], value: Any) -> Any:
 
 
 def _load_from(entry: dict[str, Any]) -> Any:
-    return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
+    return LOAD_KINDS[entry["kind"]](**{key: value for key, value in entry.items() if key != "kind"})
 
 
 _CASE_KINDS: dict[str, type[Case]] = {
@@ -428,14 +426,14 @@ def write_draft(
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
-        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} | _source(m) for n, m in materials.items()},
-        "joint_materials": {n: _joint(j) for n, j in joints.items()},
+        "materials": {n: _entry(m, "name") for n, m in materials.items()},
+        "joint_materials": {n: _entry(j, "name") for n, j in joints.items()},
         "interfaces": {"joint_material": joint_material.name, **limits} | ({"explicit": listed} if listed else {}),
-        "load_patterns": {p.name: _loads(p) for p in patterns.values()},
+        "load_patterns": {n: [{"kind": kind_of(v)} | _entry(v) for v in p.loads] for n, p in patterns.items()},
         "cases": [_case(c) for c in cases],
     }
     if ties:
-        content["ties"] = [_tie(t) for t in ties]
+        content["ties"] = [{"kind": tie_kind_of(t)} | _entry(t) for t in ties]
     if settings:
         content["settings"] = asdict(settings) if is_dataclass(settings) else dict(settings)
     content["blocks"] = [_block(b) for b in blocks]
@@ -452,52 +450,36 @@ def _by_name(items: Sequence[Any], what: str) -> dict[str, Any]:
 
 
 def _case(case: Case) -> dict[str, Any]:
-    head = {"name": case.name, "dead": case.dead.name}
+    kind = next(name for name, of_case in _CASE_KINDS.items() if of_case is type(case))
+    head = {} if kind == "limit" else {"kind": kind}
+    entry = head | _entry(case, "control", "control_point", "acceleration", "time")
     if isinstance(case, Pushover):
         block, direction = case.control
-        control = _stated(block=block or None, direction=list(direction), point=_text(case.control_point, "length"))
-        rounding = _text(case.corner_rounding or None, "length")
-        of_curve = {"control": control, "steps": case.steps, "corner_rounding": rounding}
-        return _stated(kind="pushover", **head, variable=case.variable.name, **of_curve)
-    if isinstance(case, LimitCase):
-        return head | {"variable": case.variable.name, "flow": str(case.flow)}
+        point = {"point": _stated(case.control_point, "length")} if case.control_point else {}
+        return entry | {"control": ({"block": block} if block else {}) | {"direction": list(direction)} | point}
     if isinstance(case, RecordCase):
-        acceleration = {"unit": "m/s^2", "values": np.array(case.acceleration).tolist()}
-        time = case.time if isinstance(case.time, float) else {"unit": "s", "values": list(case.time)}
-        times = {"time": time, "interval": case.interval, "time_step": case.time_step}
-        along = None if case.direction is None else list(case.direction)
-        texts = {name: v if isinstance(v, dict) else _text(v, "time") for name, v in times.items()}
-        return _stated(kind="record", **head, acceleration=acceleration, direction=along, **texts)
-    motion = {"about": _text(case.about, "length"), "displacement": _text(case.displacement, "length")}
-    steps = None if case.displacement is None else case.steps
-    supports = {"supports": list(case.supports), "direction": list(case.direction)}
-    return _stated(kind="settlement", **head, **supports, **motion, steps=steps, flow=str(case.flow))
+        is_even = isinstance(case.time, float)
+        time = _stated(case.time, "time") if is_even else {"unit": "s", "values": list(case.time)}
+        return entry | {"acceleration": {"unit": "m/s^2", "values": np.array(case.acceleration).tolist()}, "time": time}
+    return entry | {"flow": str(case.flow)}
 
 
-def _stated(**entries: Any) -> dict[str, Any]:
-    """Return the entries that have a value."""
-    return {name: value for name, value in entries.items() if value is not None}
+def _entry(thing: Any, *besides: str) -> dict[str, Any]:
+    """Return the fields of an object of a model as a document states them, without those that are left out."""
+    values = [(f, getattr(thing, f.name)) for f in attrs.fields(type(thing)) if f.name not in besides]
+    return {f.name: _stated(v, f.metadata.get("dimension")) for f, v in values if v != absent_value(f)}
 
 
-def _text(value: Any, dimension: str) -> str | list[str] | None:
-    """Return an SI value, or each of several, with its unit; None for an absent one."""
-    if value is None:
-        return None
-    return si_text(value, dimension) if isinstance(value, float) else [si_text(v, dimension) for v in value]
-
-
-def _joint(joint: JointMaterial) -> dict[str, Any]:
-    values = {name: getattr(joint, name) for name in JOINT_PROPERTIES}
-    numbers = {
-        name: _number(value, JOINT_PROPERTIES[name].dimension)
-        for name, value in values.items()
-        if value != JOINT_PROPERTIES[name].absent
-    } | _source(joint)
-    return numbers if joint.torsion is Torsion.CORNERS else numbers | {"torsion": str(joint.torsion)}
-
-
-def _source(material: Material | JointMaterial) -> dict[str, str]:
-    return {"source": material.source} if material.source else {}
+def _stated(value: Any, dimension: str | None) -> Any:
+    if isinstance(value, LoadPattern):
+        return value.name
+    if dimension and is_anchor(value):
+        return {"block": value[0], "point": _stated(value[1], dimension)}
+    if isinstance(value, tuple):
+        return [_stated(v, dimension) for v in value]
+    if dimension is None or (dimension == "dimensionless" and math.isfinite(value)):
+        return str(value) if isinstance(value, StrEnum) else value
+    return si_text(value, dimension).replace("**", "^")
 
 
 def _block(block: Block) -> dict[str, Any]:
@@ -508,38 +490,3 @@ def _block(block: Block) -> dict[str, Any]:
     }
     fixed = list(block.held) if block.is_roller else block.fixed
     return {"name": block.name, "material": block.material.name, "fixed": fixed, "polyhedron": shape}
-
-
-def _tie(tie: AnyTie) -> dict[str, Any]:
-    kind = tie_kind_of(tie)
-    entry: dict[str, Any] = {"kind": kind, "name": tie.name}
-    for end in ("start", "end"):
-        place = getattr(tie, end)
-        block, point = place if TIE_KINDS[kind].anchored else (None, place)
-        values = [_number(v, "length") for v in point]
-        entry[end] = values if block is None else {"block": block, "point": values}
-    return entry | {n: _number(v, TIE_QUANTITIES[n]) for n, v in given_quantities(tie).items()}
-
-
-def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
-    entries: list[dict[str, Any]] = []
-    for load in pattern.loads:
-        name = kind_of(load)
-        kind, entry = LOAD_KINDS[name], {"kind": name}
-        for attribute in (*kind.named, *kind.vectors, *kind.quantities, *kind.plain):
-            value = getattr(load, attribute)
-            if attribute in kind.absent and value == kind.absent[attribute]:
-                continue
-            if attribute in kind.plain and value == kind.plain[attribute]:
-                continue
-            if attribute in kind.vectors:
-                value = [_number(v, kind.vectors[attribute]) for v in value]
-            elif attribute in kind.quantities:
-                value = _number(value, kind.quantities[attribute])
-            entry[attribute] = value
-        entries.append(entry)
-    return entries
-
-
-def _number(value: float, dimension: str) -> float | str:
-    return value if dimension == "dimensionless" and math.isfinite(value) else si_text(value, dimension)

@@ -13,6 +13,9 @@ from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.files import MOST_READ
 from blockstruct.model.fields import (
     AXES_BY_NAME,
+    LENGTH,
+    NUMBER,
+    TIME,
     ModelObject,
     Vector,
     changed,
@@ -24,9 +27,8 @@ from blockstruct.model.fields import (
     limit,
     member,
     named_arguments,
-    optional_scalar,
+    optional_positive,
     optional_vector,
-    positive,
     steps,
     unit_vector,
     unit_vector_along,
@@ -34,7 +36,7 @@ from blockstruct.model.fields import (
 from blockstruct.model.loads import LoadPattern
 from blockstruct.model.model import Model
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_array, si_vector, to_quantity
-from blockstruct.vocabulary import Flow
+from blockstruct.vocabulary import Flow, axis_text
 
 #: Largest share of intervals that miss samples, in a record that is otherwise sampled evenly.
 RARE = 0.1
@@ -157,14 +159,10 @@ class SettlementCase(ModelObject):
     name: str = field(validator=has_name)
     dead: LoadPattern = field(validator=instance_of(LoadPattern))
     supports: tuple[str, ...] = field(converter=_names, validator=_each_once)
-    direction: Vector = field(converter=unit_vector, metadata={"dimension": "dimensionless"})
-    about: Vector | None = field(
-        default=None, kw_only=True, converter=optional_vector, metadata={"dimension": "length"}
-    )
+    direction: Vector = field(converter=unit_vector, metadata=NUMBER)
+    about: Vector | None = field(default=None, kw_only=True, converter=optional_vector, metadata=LENGTH)
     flow: Flow = field(default=Flow.NONASSOCIATIVE, kw_only=True, converter=flow_rule)
-    displacement: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "length"}
-    )
+    displacement: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
     steps: int = field(default=STEPS, kw_only=True, converter=steps)
 
     def __attrs_post_init__(self) -> None:
@@ -187,7 +185,7 @@ class SettlementCase(ModelObject):
         """Load, motion and flow rule in words.
 
         >>> SettlementCase("left", LoadPattern("dead", []), ["left pier"], "-z").question
-        'dead, left pier moves along (0, 0, -1), nonassociative flow'
+        'dead, left pier moves along -z, nonassociative flow'
         """
         return f"{self.dead.name}, {self.motion}, {self.flow} flow"
 
@@ -196,10 +194,10 @@ class SettlementCase(ModelObject):
         """Motion of the supports in words.
 
         >>> SettlementCase("left", LoadPattern("dead", []), ["left pier"], "-z").motion
-        'left pier moves along (0, 0, -1)'
+        'left pier moves along -z'
         """
         who, one = ", ".join(self.supports), len(self.supports) == 1
-        axis = "({:.4g}, {:.4g}, {:.4g})".format(*self.direction)
+        axis = axis_text(self.direction)
         if self.about is None:
             by = "" if self.displacement is None else f" by {quantity_text(self.displacement, 'length')}"
             return f"{who} {'moves' if one else 'move'} along {axis}{by}"
@@ -286,13 +284,13 @@ class Pushover(LimitCase):
     """
 
     control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
-    control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
+    control_point: Point | None = field(default=None, converter=_point, metadata=LENGTH)
     steps: int = field(default=STEPS, converter=steps)
     corner_rounding: float = field(
         default=0.0,
         converter=_radius,
         validator=limit(lambda radius: radius >= 0, "give a radius of zero or more"),
-        metadata={"dimension": "length"},
+        metadata=LENGTH,
     )
 
     def __attrs_post_init__(self) -> None:
@@ -419,14 +417,10 @@ class RecordCase(ModelObject):
     name: str = field(validator=has_name)
     dead: LoadPattern = field(validator=instance_of(LoadPattern))
     acceleration: Any = field(converter=_acceleration, metadata={"dimension": "acceleration"})
-    time: Any = field(converter=_time, metadata={"dimension": "time"})
-    direction: Vector | None = field(default=None, converter=_ground_direction, metadata={"dimension": "dimensionless"})
-    interval: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "time"}
-    )
-    time_step: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata={"dimension": "time"}
-    )
+    time: Any = field(converter=_time, metadata=TIME)
+    direction: Vector | None = field(default=None, converter=_ground_direction, metadata=NUMBER)
+    interval: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=TIME)
+    time_step: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=TIME)
 
     def __attrs_post_init__(self) -> None:
         n, who = len(self.acceleration), label(self)
@@ -508,9 +502,10 @@ class RecordCase(ModelObject):
 
         >>> from blockstruct import Q_
         >>> RecordCase("pulse", LoadPattern("dead", []), Q_([0, 3, 0], "m/s^2"), "1 s", "+x").question
-        'dead, ground acceleration up to 3 m/s² for 2 s'
+        'dead, ground acceleration along +x up to 3 m/s² for 2 s'
         """
-        return f"{self.dead.name}, ground acceleration up to {self.peak:.4g} m/s² for {self.duration:.4g} s"
+        along = "" if self.direction is None else f"along {axis_text(self.direction)} "
+        return f"{self.dead.name}, ground acceleration {along}up to {self.peak:.4g} m/s² for {self.duration:.4g} s"
 
     def renamed(self, name: str, flow: Flow | None = None) -> "RecordCase":
         """Return the same case with another name."""
@@ -522,6 +517,9 @@ class RecordCase(ModelObject):
 
         Its name is ``name``, or by default the name of the case and the factor: ``"pulse × 1.5"``.
         """
+        if not np.isfinite(factor):
+            msg = f"{label(self)}: scaled by {factor:g}; give a finite number"
+            raise ModelError(msg)
         values = np.array(self.acceleration) * factor
         acceleration = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())
         other: RecordCase = changed(self, name=name or f"{self.name} × {factor:g}", acceleration=acceleration)

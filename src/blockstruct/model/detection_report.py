@@ -1,8 +1,7 @@
 """Report on the contacts that a detection of interfaces accepted and rejected."""
 
 import math
-import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +9,6 @@ import pandas as pd
 from attrs import field, frozen
 
 from blockstruct.arrays import SLIGHT
-from blockstruct.model.block import Block
 from blockstruct.model.fields import ModelObject
 from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
@@ -343,21 +341,10 @@ class Detection:
     ----------
     interfaces : tuple of Interface
     report : DetectionReport
-    blocks : tuple of Block
-        Blocks that were searched; a model of the same blocks takes their overlaps from the report.
     """
 
     interfaces: tuple[Interface, ...]
     report: DetectionReport
-    blocks: tuple[Block, ...] = ()
-
-    def overlaps_of(self, blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]] | None:
-        """Return the overlaps (i, j, depth in m) of these blocks; None for other blocks or a smaller gap."""
-        same = len(blocks) == len(self.blocks) and all(map(operator.is_, blocks, self.blocks))
-        if not same or gap < self.report.tolerances.gap:
-            return None
-        index = {block.name: k for k, block in enumerate(blocks)}
-        return [(index[a], index[b], depth) for a, b, depth in self.report.overlaps]
 
     def __repr__(self) -> str:
         return f"<Detection: {self.report!r}>"

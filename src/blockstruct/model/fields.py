@@ -195,6 +195,10 @@ def check_at_block(what: str, point: tuple[float, float, float], block: str, ver
         raise ModelError(msg)
 
 
+#: Metadata of fields: the dimension of their values.
+LENGTH, AREA, FORCE, STRESS, UNIT_WEIGHT, TIME, NUMBER = (
+    {"dimension": name} for name in ("length", "area", "force", "stress", "force/volume", "time", "dimensionless")
+)
 Vector = tuple[float, float, float]
 #: Name of a block, and a point in m. Without a name the model finds the block.
 Anchor = tuple[str, Vector]
@@ -327,6 +331,15 @@ def optional_scalar(value: QuantityLike | None, dimension: str = "", absent: Any
 def number(value: float, dimension: str = "", what: str = "") -> float:
     """Return a number without a unit."""
     return si(value, dimension, what)
+
+
+def optional_positive(value: QuantityLike | None, dimension: str = "", what: str = "") -> float | None:
+    """Return the SI float of a quantity above zero that may be left out."""
+    number = None if value is None else si(value, dimension, what)
+    if number is not None and number <= 0:
+        msg = f"{what} {quantity_text(number, dimension)}; give more than zero"
+        raise ModelError(msg)
+    return number
 
 
 def vector(value: VectorLike, dimension: str = "", what: str = "") -> Vector:

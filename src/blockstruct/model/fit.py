@@ -18,7 +18,7 @@ from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import perimeter
 from blockstruct.geometry.tolerances import PARALLEL
 from blockstruct.model.block import Block
-from blockstruct.model.detection_report import Detection, DetectionReport
+from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import counted, listed
 
@@ -54,7 +54,7 @@ def same_blocks(blocks: Sequence[Block]) -> Same[Block]:
     return Same(tuple(blocks), tuple(key))
 
 
-def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None) -> list[tuple[int, int, float]]:
+def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]]:
     """Return the blocks that overlap by more than contacts within a gap.
 
     Contacts are measured between the mean planes of faces. The deviation of corners from these planes is added to the
@@ -66,8 +66,6 @@ def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None
         In the order of the indices in the result.
     gap
         Largest penetration of a contact, m.
-    found
-        Detection whose report has the overlaps, if it is of the same blocks.
 
     Returns
     -------
@@ -75,18 +73,16 @@ def overlaps(blocks: Sequence[Block], gap: float, found: Detection | None = None
         ``i < j``. Pairs of supports are included.
     """
     off = [float(b.shape.deviations.max()) for b in blocks]
-    known = found.overlaps_of(blocks, gap) if found else None
-    pairs = overlapping_pairs([b.shape for b in blocks], gap) if known is None else known
-    return [(i, j, depth) for i, j, depth in pairs if depth > gap + off[i] + off[j]]
+    return [(i, j, depth) for i, j, depth in _overlaps(same_blocks(blocks), gap) if depth > gap + off[i] + off[j]]
+
+
+@lru_cache(maxsize=1)
+def _overlaps(of: Same[Block], gap: float) -> list[tuple[int, int, float]]:
+    return overlapping_pairs([b.shape for b in of.items], gap)
 
 
 def check_overlaps(
-    who: str,
-    blocks: Sequence[Block],
-    interfaces: Sequence[Interface],
-    detection: DetectionReport | None,
-    size: float,
-    found: Detection | None = None,
+    who: str, blocks: Sequence[Block], interfaces: Sequence[Interface], detection: DetectionReport | None, size: float
 ) -> None:
     """Refuse blocks that overlap, unless both are supports.
 
@@ -100,7 +96,7 @@ def check_overlaps(
     joined = {frozenset((i.minus, i.plus)) for i in interfaces}
     pairs = [
         (a.name, b.name, depth)
-        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap, found))
+        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap))
         if not ((a.fixed and b.fixed) or (depth <= NEAR * size and frozenset((a.name, b.name)) in joined))
     ]
     if pairs:

@@ -5,18 +5,20 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, get_args
 
-import attrs
 from attrs import field, frozen
 from attrs.validators import optional
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.fields import (
+    FORCE,
     LEFT_OUT,
+    LENGTH,
+    NUMBER,
+    STRESS,
+    UNIT_WEIGHT,
     ModelObject,
     Vector,
-    absent_value,
     checked_tuple,
-    dimensions,
     has_name,
     is_truth,
     label,
@@ -24,17 +26,15 @@ from blockstruct.model.fields import (
     named_arguments,
     not_negative,
     number,
+    optional_positive,
     optional_scalar,
     optional_vector,
-    positive,
     scalar,
     snake_case,
     unit_vector,
     vector,
 )
 
-_LENGTH = {"dimension": "length"}
-_NUMBER = {"dimension": "dimensionless"}
 _is_downwards = limit(
     lambda weight: weight > 0,
     "give more than zero: weights act downwards. For a lifting force use a PointLoad or a FaceLoad",
@@ -75,9 +75,9 @@ class Weight(ModelObject):
     """
 
     block: str | None = field(default=None, validator=optional(has_name))
-    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=_LENGTH)
-    weight: float = field(default=LEFT_OUT, converter=scalar, validator=_is_downwards, metadata={"dimension": "force"})
-    mass_share: float = field(default=1.0, converter=number, validator=_is_share, metadata=_NUMBER)
+    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=LENGTH)
+    weight: float = field(default=LEFT_OUT, converter=scalar, validator=_is_downwards, metadata=FORCE)
+    mass_share: float = field(default=1.0, converter=number, validator=_is_share, metadata=NUMBER)
 
 
 @frozen(repr=False, field_transformer=named_arguments)
@@ -112,10 +112,10 @@ class LineLoad(ModelObject):
 
     block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
     weight_per_length: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force/length"})
-    start: Vector = field(converter=vector, metadata=_LENGTH)
-    end: Vector = field(converter=vector, metadata=_LENGTH)
+    start: Vector = field(converter=vector, metadata=LENGTH)
+    end: Vector = field(converter=vector, metadata=LENGTH)
     spanning: bool = field(default=False, kw_only=True, validator=is_truth)
-    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=NUMBER)
 
     def __attrs_post_init__(self) -> None:
         if self.start[:2] == self.end[:2]:
@@ -159,11 +159,11 @@ class AreaLoad(ModelObject):
     """
 
     block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
-    weight_per_area: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "stress"})
-    start: Vector | None = field(default=None, converter=optional_vector, metadata=_LENGTH)
-    end: Vector | None = field(default=None, converter=optional_vector, metadata=_LENGTH)
+    weight_per_area: float = field(converter=scalar, validator=_is_downwards, metadata=STRESS)
+    start: Vector | None = field(default=None, converter=optional_vector, metadata=LENGTH)
+    end: Vector | None = field(default=None, converter=optional_vector, metadata=LENGTH)
     spanning: bool = field(default=False, kw_only=True, validator=is_truth)
-    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=NUMBER)
 
     def __attrs_post_init__(self) -> None:
         if (self.start is None) != (self.end is None) or (self.start is None and self.block is None):
@@ -213,13 +213,13 @@ class FillLoad(ModelObject):
     computed: ClassVar = {"level": "length"}
 
     block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
-    unit_weight: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force/volume"})
-    start: Vector = field(converter=vector, metadata=_LENGTH)
-    end: Vector = field(converter=vector, metadata=_LENGTH)
+    unit_weight: float = field(converter=scalar, validator=_is_downwards, metadata=UNIT_WEIGHT)
+    start: Vector = field(converter=vector, metadata=LENGTH)
+    end: Vector = field(converter=vector, metadata=LENGTH)
     lateral_coefficient: float = field(
-        default=0.0, kw_only=True, converter=number, validator=not_negative, metadata=_NUMBER
+        default=0.0, kw_only=True, converter=number, validator=not_negative, metadata=NUMBER
     )
-    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=NUMBER)
 
     def __attrs_post_init__(self) -> None:
         _check_rectangle(self)
@@ -298,7 +298,7 @@ class BodyForce(ModelObject):
         default=1.0,
         converter=number,
         validator=limit(lambda share: share != 0, "give a share of the weight that acts"),
-        metadata={"dimension": "dimensionless"},
+        metadata=NUMBER,
     )
 
 
@@ -321,8 +321,8 @@ class PointLoad(ModelObject):
     """
 
     block: str | None = field(default=None, validator=optional(has_name))
-    point: Vector = field(default=LEFT_OUT, converter=vector, metadata={"dimension": "length"})
-    force: Vector = field(default=LEFT_OUT, converter=vector, metadata={"dimension": "force"})
+    point: Vector = field(default=LEFT_OUT, converter=vector, metadata=LENGTH)
+    force: Vector = field(default=LEFT_OUT, converter=vector, metadata=FORCE)
 
 
 def _is_index(load: Any, _: Any, face: Any) -> None:
@@ -376,11 +376,10 @@ class FaceLoad(ModelObject):
     unit_weight: float | None = field(
         default=None,
         kw_only=True,
-        converter=optional_scalar,
-        validator=positive,
-        metadata={"dimension": "force/volume"},
+        converter=optional_positive,
+        metadata=UNIT_WEIGHT,
     )
-    level: float | None = field(default=None, kw_only=True, converter=optional_scalar, metadata={"dimension": "length"})
+    level: float | None = field(default=None, kw_only=True, converter=optional_scalar, metadata=LENGTH)
 
     def __attrs_pre_init__(
         self, block: Any, face: Any, traction: Any, pressure: Any, unit_weight: Any, level: Any
@@ -418,51 +417,9 @@ class Moment(ModelObject):
 Load = SelfWeight | BodyForce | PointLoad | FaceLoad | Moment | Weight | LineLoad | AreaLoad | FillLoad
 
 
-@frozen
-class LoadKind:
-    """A kind of load, as documents and files need it.
-
-    Parameters
-    ----------
-    type
-        Class of the load. Its constructor takes all attributes below by name.
-    vectors, quantities
-        Dimension of each vector and of each single quantity, a key of :data:`blockstruct.units.SI_UNITS`.
-    named
-        Attributes that are names or indices.
-    plain
-        Defaults of plain numbers and of booleans.
-    absent
-        Values of optional attributes that were left out.
-    """
-
-    type: Callable[..., Load]
-    vectors: Mapping[str, str]
-    named: tuple[str, ...]
-    plain: Mapping[str, float | bool]
-    quantities: Mapping[str, str]
-    absent: Mapping[str, Any]
-
-    @classmethod
-    def of(cls, kind: Any) -> "LoadKind":
-        """Return the table row of a class of loads."""
-        measured, fields = dimensions(kind), attrs.fields_dict(kind)
-        vectors = {n: d for n, d in measured.items() if Vector in (fields[n].type, *get_args(fields[n].type))}
-        defaults = {n: absent_value(f) for n, f in fields.items() if f.default is not attrs.NOTHING}
-        plain = {n: v for n, v in defaults.items() if isinstance(v, bool) or measured.get(n) == "dimensionless"}
-        return cls(
-            type=kind,
-            vectors=vectors,
-            named=tuple(n for n in fields if n not in measured | plain),
-            plain=plain,
-            quantities={n: d for n, d in measured.items() if n not in vectors | plain},
-            absent={n: v for n, v in defaults.items() if n not in plain},
-        )
-
-
-#: Row of each kind of load, by its name in documents and files.
-LOAD_KINDS: Mapping[str, LoadKind] = MappingProxyType(
-    {snake_case(kind.__name__): LoadKind.of(kind) for kind in get_args(Load)}
+#: Class of each kind of load, by its name in documents and files.
+LOAD_KINDS: Mapping[str, Callable[..., Load]] = MappingProxyType(
+    {snake_case(kind.__name__): kind for kind in get_args(Load)}
 )
 
 

@@ -12,6 +12,8 @@ from attrs import field, frozen
 from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError, UnusualValueWarning, shown
 from blockstruct.model.fields import (
+    NUMBER,
+    UNIT_WEIGHT,
     ModelObject,
     has_name,
     has_source,
@@ -73,7 +75,7 @@ class Material(ModelObject):
     """
 
     name: str = field(validator=has_name)
-    unit_weight: float = field(converter=scalar, validator=not_negative, metadata={"dimension": "force/volume"})
+    unit_weight: float = field(converter=scalar, validator=not_negative, metadata=UNIT_WEIGHT)
     source: str = field(default="", validator=has_source)
 
     def __init__(
@@ -177,9 +179,7 @@ class JointMaterial(ModelObject):
     """
 
     name: str = field(validator=has_name)
-    friction_coefficient: float = field(
-        converter=_friction, validator=_is_friction, metadata={"dimension": "dimensionless"}
-    )
+    friction_coefficient: float = field(converter=_friction, validator=_is_friction, metadata=NUMBER)
     dilatancy_angle: float = field(
         converter=optional_scalar, validator=_is_angle, metadata={"dimension": "angle", "absent": 0.0}
     )

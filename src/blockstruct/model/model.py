@@ -75,12 +75,11 @@ class Model(ModelObject):
         detection: DetectionReport | None = None,
         ties: Iterable[AnyTie] = (),
     ) -> None:
-        found = interfaces if isinstance(interfaces, Detection) else None
         if isinstance(interfaces, Detection):
             detection = interfaces.report if detection is None else detection
             interfaces = interfaces.interfaces
         self.__attrs_init__(name, blocks, interfaces, detection, ties)
-        self._check(found)
+        self._check()
         self._check_ties()
 
     def __repr__(self) -> str:
@@ -228,7 +227,7 @@ class Model(ModelObject):
     def _check_names(self, kind: str, objects: Iterable[Any]) -> None:
         check_unrepeated((o.name for o in objects), f"model {self.name!r}: {kind}")
 
-    def _check(self, found: Detection | None) -> None:
+    def _check(self) -> None:
         who = f"model {self.name!r}"
         self._check_names("block", self.blocks)
         self._check_names("interface", self.interfaces)
@@ -263,7 +262,7 @@ class Model(ModelObject):
         fit = who, self.blocks, self.interfaces, self.detection, self.characteristic_length
         check_interfaces(*fit)
         # Overlaps come first, because an overlapping block has no interfaces and would count as floating.
-        check_overlaps(*fit, found)
+        check_overlaps(*fit)
         self._check_floating(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, get_args
 
-import attrs
 import numpy as np
 from attrs import field, frozen
 
@@ -14,7 +13,12 @@ from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry.triangles import stretches_inside
 from blockstruct.model.block import Block
 from blockstruct.model.fields import (
+    AREA,
+    FORCE,
     LEFT_OUT,
+    LENGTH,
+    NUMBER,
+    STRESS,
     Anchor,
     ModelObject,
     Vector,
@@ -26,6 +30,7 @@ from blockstruct.model.fields import (
     is_anchor,
     label,
     named_arguments,
+    optional_positive,
     optional_scalar,
     positive,
     scalar,
@@ -66,14 +71,14 @@ class TieSegment(ModelObject):
     tie: str
     name: str
     blocks: tuple[str, str]
-    start: Vector = field(metadata={"dimension": "length"})
-    end: Vector = field(metadata={"dimension": "length"})
-    direction: Vector = field(metadata={"dimension": "dimensionless"})
-    capacity: float = field(metadata={"dimension": "force"})
+    start: Vector = field(metadata=LENGTH)
+    end: Vector = field(metadata=LENGTH)
+    direction: Vector = field(metadata=NUMBER)
+    capacity: float = field(metadata=FORCE)
     governing: str
-    bond: tuple[float, float] = field(default=(math.inf, math.inf), metadata={"dimension": "force"})
-    prestress: float = field(default=0.0, metadata={"dimension": "force"})
-    elongation_limit: float = field(default=math.inf, metadata={"dimension": "length"})
+    bond: tuple[float, float] = field(default=(math.inf, math.inf), metadata=FORCE)
+    prestress: float = field(default=0.0, metadata=FORCE)
+    elongation_limit: float = field(default=math.inf, metadata=LENGTH)
 
 
 def anchored(tie: Any, block_at: Callable[[Any], Block]) -> Any:
@@ -122,9 +127,6 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
     if math.dist(a, b) <= NEGLIGIBLE * size:
         msg = f"{who}: both ends are at {a} m, so the tie has no direction; give two points"
         raise ModelError(msg)
-
-
-_LENGTH, _FORCE, _AREA, _STRESS = ({"dimension": d} for d in ("length", "force", "area", "stress"))
 
 
 @frozen(repr=False, field_transformer=named_arguments)
@@ -176,29 +178,17 @@ class Tie(ModelObject):
     computed: ClassVar = {"capacity": "force"}
 
     name: str = field(validator=has_name)
-    start: Anchor = field(converter=anchor, metadata=_LENGTH)
-    end: Anchor = field(converter=anchor, metadata=_LENGTH)
-    yield_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
-    area: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_AREA
-    )
-    strength: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_STRESS
-    )
-    punching_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
-    bond_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
+    start: Anchor = field(converter=anchor, metadata=LENGTH)
+    end: Anchor = field(converter=anchor, metadata=LENGTH)
+    yield_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
+    area: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=AREA)
+    strength: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=STRESS)
+    punching_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
+    bond_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
     prestress: float = field(
         default=LEFT_OUT, kw_only=True, converter=optional_scalar, metadata={"dimension": "force", "absent": 0.0}
     )
-    elongation_limit: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
-    )
+    elongation_limit: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
 
     def __attrs_post_init__(self) -> None:
         who = label(self)
@@ -287,13 +277,11 @@ class Strip(ModelObject):
     governing: ClassVar = "strength"
 
     name: str = field(validator=has_name)
-    start: Anchor = field(converter=anchor, metadata=_LENGTH)
-    end: Anchor = field(converter=anchor, metadata=_LENGTH)
-    area: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_AREA)
-    strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_STRESS)
-    elongation_limit: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
-    )
+    start: Anchor = field(converter=anchor, metadata=LENGTH)
+    end: Anchor = field(converter=anchor, metadata=LENGTH)
+    area: float = field(kw_only=True, converter=scalar, validator=positive, metadata=AREA)
+    strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=STRESS)
+    elongation_limit: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
 
     @property
     def capacity(self) -> float:
@@ -390,19 +378,13 @@ class BondedBar(ModelObject):
     governing: ClassVar = "yield"
 
     name: str = field(validator=has_name)
-    start: Vector = field(converter=vector, metadata=_LENGTH)
-    end: Vector = field(converter=vector, metadata=_LENGTH)
-    diameter: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_LENGTH)
-    bond_strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_STRESS)
-    yield_force: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
-    )
-    strength: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_STRESS
-    )
-    elongation_limit: float | None = field(
-        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
-    )
+    start: Vector = field(converter=vector, metadata=LENGTH)
+    end: Vector = field(converter=vector, metadata=LENGTH)
+    diameter: float = field(kw_only=True, converter=scalar, validator=positive, metadata=LENGTH)
+    bond_strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=STRESS)
+    yield_force: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=FORCE)
+    strength: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=STRESS)
+    elongation_limit: float | None = field(default=None, kw_only=True, converter=optional_positive, metadata=LENGTH)
 
     def __attrs_post_init__(self) -> None:
         if (self.yield_force is None) == (self.strength is None):
@@ -477,31 +459,9 @@ def _quantities(kind: Any) -> dict[str, str]:
     return {name: dimension for name, dimension in dimensions(kind).items() if name not in ("start", "end")}
 
 
-@frozen
-class TieKind:
-    """A kind of tie, as documents and files need it.
-
-    Parameters
-    ----------
-    type
-        Class of the tie. Its constructor takes ``name``, ``start``, ``end`` and then ``quantities``.
-    quantities
-        Keys of :data:`TIE_QUANTITIES`.
-    anchored
-        Whether its ends are points of named blocks.
-    """
-
-    type: Callable[..., AnyTie]
-    quantities: tuple[str, ...]
-    anchored: bool
-
-
-#: Row of each kind of tie, by its name in documents and files.
-TIE_KINDS: Mapping[str, TieKind] = MappingProxyType(
-    {
-        snake_case(kind.__name__): TieKind(kind, tuple(_quantities(kind)), attrs.fields(kind).start.type == Anchor)
-        for kind in get_args(AnyTie)
-    }
+#: Class of each kind of tie, by its name in documents and files.
+TIE_KINDS: Mapping[str, Callable[..., AnyTie]] = MappingProxyType(
+    {snake_case(kind.__name__): kind for kind in get_args(AnyTie)}
 )
 #: Dimension of each quantity of ties, a key of :data:`blockstruct.units.SI_UNITS`.
 TIE_QUANTITIES: Mapping[str, str] = MappingProxyType(
@@ -516,7 +476,7 @@ def tie_kind_of(tie: AnyTie) -> str:
 
 def given_quantities(tie: AnyTie) -> dict[str, float]:
     """Return the SI quantities that define a tie, by name."""
-    values = {name: getattr(tie, name) for name in TIE_KINDS[tie_kind_of(tie)].quantities}
+    values = {name: getattr(tie, name) for name in _quantities(type(tie))}
     # A prestress of zero is the same as no prestress.
     return {name: value for name, value in values.items() if value}
 

@@ -58,7 +58,8 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
     capacity
         The curve, the response to a record, or a selection of its states.
     variable
-        A variable of it, such as ``tie_force``. None gives all that have one value per state.
+        A variable of it, such as ``tie_force``. None gives all that have one value per state, and for a response the
+        ``largest_displacement`` of a block in each.
 
     Raises
     ------
@@ -73,6 +74,8 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
     what, dim, place = "capacity curve", "step", ["displacement"]
     if "time" in capacity.dims:
         what, dim, place = "response", "time", []
+        largest = (capacity["displacement"] ** 2).sum("axis").max("block") ** 0.5
+        capacity = capacity.assign(largest_displacement=largest.assign_attrs(units="meter"))
     names = [str(name) for name in capacity.data_vars if dim in capacity[name].dims]
     if variable is not None and variable not in names:
         msg = f"{what}: no variable {shown(variable)}; it has {', '.join(names)}"
@@ -84,9 +87,10 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
 
 def _frame(data: xr.Dataset, keep: Collection[Hashable]) -> pd.DataFrame:
     """Return the table of the variables, with some coordinates."""
-    units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
+    units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.variables}
+    titles = {name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"}
     frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
-    return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})
+    return frame.rename(columns=titles).rename_axis([titles.get(str(name), str(name)) for name in frame.index.names])
 
 
 @xr.register_dataset_accessor("blockstruct")  # type: ignore[no-untyped-call]

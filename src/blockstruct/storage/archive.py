@@ -46,7 +46,10 @@ _FIRST = (
 #: Columns of the short table, before and after the parameters.
 _SHORT = (
     ("path", "case", "model"),
-    ("load_factor", *REACTIONS.values(), "d0", "curve_end", "status", "settled", "flow", "n_iterations", "problem"),
+    (
+        *("load_factor", *REACTIONS.values(), "d0", "curve_end", *_OF_RECORDS),
+        *("status", "settled", "flow", "n_iterations", "problem"),
+    ),
 )
 #: Units of the columns that have one.
 _UNITS = {
@@ -107,10 +110,10 @@ class Archive:
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
         that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
         settlements, ``d0`` and ``curve_end`` (m) of pushovers, of which the second is the displacement of their last
-        state, ``status``, ``settled``, false where the load factor had not settled when the procedure
-        ended, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be read. A run
-        that is under way or was killed has a row of that kind, too. The units of columns, coherent SI, are in
-        ``table.attrs["units"]``.
+        state, ``peak_displacement`` (m) and ``collapse_time`` (s) of records, ``status``, ``settled``, false where the
+        load factor had not settled when the procedure ended, ``flow``, ``n_iterations`` and ``problem``: why a file,
+        which has one row then, cannot be read. A run that is under way or was killed has a row of that kind, too. The
+        units of columns, coherent SI, are in ``table.attrs["units"]``.
 
         Parameters
         ----------
@@ -136,7 +139,7 @@ class Archive:
             stamp = Stamp.at(path)
             known = self._known.get(path)
             if known is None or stamp != known[0]:
-                file = self._opened(path)
+                file = AnalysisFile(path)
                 self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in rows_of(file)])
             return known[1]
         except BlockstructError as error:
@@ -187,7 +190,7 @@ class Archive:
         """
         rows = self.select(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
-        files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
+        files = {path: AnalysisFile(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
             nodes[f"{path}/{group_name(case)}"] = files[path].lazy_history(f"/cases/{group_name(case)}")
@@ -219,11 +222,6 @@ class Archive:
         for column in ("status", "model_hash"):
             joined["agree"] &= joined[column].eq(joined[f"{column}_other"])
         return joined
-
-    def _opened(self, path: Path) -> AnalysisFile:
-        """Return a file; its seal is checked again only after the file has changed."""
-        known = self._known.get(path)
-        return AnalysisFile(path, verified=None if known is None else known[0])
 
     def _found(self) -> tuple[list[Path], dict[Path, str]]:
         """Return files, and unfinished runs and closed folders with their problem."""

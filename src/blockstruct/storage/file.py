@@ -22,7 +22,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from blockstruct.errors import BlockstructError, FormatError, FormatWarning, ModelError, StorageError, UnverifiedWarning
+from blockstruct.errors import BlockstructError, FormatError, ModelError, StorageError, UnverifiedWarning
 from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model, checked_text
 from blockstruct.results import stored_value
@@ -34,8 +34,6 @@ from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 #: What contents that satisfy the schema can still raise in constructors.
 DAMAGE = (BlockstructError, ArithmeticError, IndexError, KeyError, TypeError, ValueError, RecursionError)
-#: Makes the history of a case without iterations, which a plan leaves out.
-Blank = Callable[[Model, CaseResult], xr.Dataset]
 #: Ending of the folder of a run.
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
@@ -97,8 +95,6 @@ class Snapshot:
     ----------
     path
         The file.
-    verified
-        A stamp at which its seal was found to match: it is not checked again if the file still has it.
 
     Attributes
     ----------
@@ -111,7 +107,7 @@ class Snapshot:
         If there is no regular file at the path, or it cannot be read.
     """
 
-    def __init__(self, path: Path, verified: Stamp | None = None) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
         try:
             self._stream = open_file(path, ANALYSIS)
@@ -127,7 +123,7 @@ class Snapshot:
             if self.stamp.size <= _SMALL:
                 self._image = self._stream.read()
                 close()
-            self.sealed = self.stamp == verified or self._is_sealed()
+            self.sealed = self._is_sealed()
         except OSError as error:
             close()
             raise unreadable(path, error, ANALYSIS) from error
@@ -179,8 +175,6 @@ class AnalysisFile:
         The file.
     verify
         Whether a file whose seal does not match is refused; otherwise a warning is given.
-    verified
-        Stamp at which the seal was found to match before.
 
     Raises
     ------
@@ -190,10 +184,10 @@ class AnalysisFile:
         If the file is not an analysis, was changed, or comes from a newer major version.
     """
 
-    def __init__(self, path: str | Path, *, verify: bool = True, verified: Stamp | None = None) -> None:
+    def __init__(self, path: str | Path, *, verify: bool = True) -> None:
         self.path = path = Path(path)
         try:
-            self._snapshot = Snapshot(path, verified)
+            self._snapshot = Snapshot(path)
         except StorageError as error:
             if path.exists() or not folder_of(path).is_dir():
                 raise
@@ -214,7 +208,6 @@ class AnalysisFile:
                 UnverifiedWarning,
                 stacklevel=3,
             )
-        self._kept: h5py.File | None = None
         self.stamp, self.seal = self._snapshot.stamp, self._snapshot.seal.decode("ascii", "replace")
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
@@ -226,7 +219,7 @@ class AnalysisFile:
     def opened(self) -> Iterator[h5py.File]:
         """Open the HDF5 file; any error of the libraries on damaged bytes becomes a FormatError."""
         try:
-            with contextlib.nullcontext(self._kept) if self._kept else self._snapshot.file() as file:
+            with self._snapshot.file() as file:
                 yield file
             self._snapshot.check_unchanged()
         except StorageError:
@@ -237,15 +230,6 @@ class AnalysisFile:
         except Exception as error:
             msg = f"{self.path}: not a readable HDF5 file ({error}); it is damaged or of another kind"
             raise FormatError(msg) from error
-
-    @contextlib.contextmanager
-    def kept_open(self) -> Iterator[None]:
-        """Keep the HDF5 file open while several groups are read."""
-        with self._snapshot.file() as self._kept:
-            try:
-                yield
-            finally:
-                self._kept = None
 
     def root_findings(self) -> list[layout.Finding]:
         """Return the violations of the root and of the list of cases."""
@@ -316,15 +300,6 @@ class AnalysisFile:
         if history is None:
             raise violated(self.path, found)
         return history
-
-    def repeats_dimensions(self) -> bool:
-        """Return whether the numbers of dimensions begin anew in each group.
-
-        netCDF-4 demands one numbering of the whole file. Without it netCDF's own library reads arrays short.
-        """
-        with self.opened() as file:
-            model, first = netcdf.member(file, "/model"), [*self.cases.values()][:1]
-            return any(netcdf.begins_anew(model, netcdf.member(file, f"{at}/history/iteration")) for at in first)
 
     def _violations(self, place: str, found: dict[str, Any], part: str) -> list[layout.Finding]:
         return [(_placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]
@@ -439,17 +414,8 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     -----
     UnverifiedWarning
         If the seal of the file does not match.
-    FormatWarning
-        If the file was written before files were valid netCDF-4.
     """
-    file = AnalysisFile(path, verify=verify)
-    with file.kept_open():
-        analysis, repeats_dimensions = read_analysis(file), file.repeats_dimensions()
-    if repeats_dimensions:
-        remedy = "bs.save_analysis(bs.open_analysis(path), path), or 'blockstruct migrate FILE'"
-        msg = f"{path}: netCDF's own library reads this file short; write it anew: {remedy}"
-        warnings.warn(msg, FormatWarning, stacklevel=2)
-    return analysis
+    return read_analysis(AnalysisFile(path, verify=verify))
 
 
 def check_file(path: str | Path) -> dict[str, Any]:
@@ -472,16 +438,16 @@ def check_file(path: str | Path) -> dict[str, Any]:
     return file.attrs
 
 
-def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
-    """Return the analysis of a file; for a plan, a function makes the histories that it leaves out."""
+def read_analysis(file: AnalysisFile) -> Analysis:
+    """Return the analysis of a file."""
     is_old = file.major < major(FORMAT_VERSION)
     groups, violations = file.groups(histories=is_old)
     if violations:
         raise violated(file.path, violations)
     if not is_old:
-        return _analysis(file, groups, blank)
+        return _analysis(file, groups)
     with _damage_at(file, "/"):
-        return _analysis(file, dict(layout.migrated(groups, file.major, major(FORMAT_VERSION))), blank)
+        return _analysis(file, dict(layout.migrated(groups, file.major, major(FORMAT_VERSION))))
 
 
 @contextlib.contextmanager
@@ -495,13 +461,9 @@ def _damage_at(file: AnalysisFile, place: str) -> Iterator[None]:
         raise FormatError(msg) from error
 
 
-def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
+def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset]) -> Analysis:
     root, held = groups["/"].attrs, groups["/model"]
-
-    def load_factors(place: str) -> Any:
-        return file.load_factors(place) if blank is None or int(groups[place]["n_iterations"]) else None
-
-    if violations := list(layout.findings(groups, load_factors)):
+    if violations := list(layout.findings(groups, file.load_factors)):
         raise violated(file.path, violations)
     with _damage_at(file, "/model"):
         model, patterns = layout.read_model(held), layout.read_patterns(held)
@@ -511,7 +473,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     results = {}
     for name, place in file.cases.items():
         with _damage_at(file, place):
-            results[name] = _result(file, groups, place, patterns, model, blank)
+            results[name] = _result(file, groups, place, patterns, model)
             violations += layout.result_findings(place, groups[place], results[name])
     if violations:
         raise violated(file.path, violations)
@@ -534,20 +496,11 @@ def _result(
     place: str,
     patterns: Mapping[str, LoadPattern],
     model: Model,
-    blank: Blank | None,
 ) -> CaseResult:
     n, names = int(groups[place]["n_iterations"]), groups["/model"][["block", "interface"]]
-
-    def result(history: xr.Dataset | LazyHistory) -> CaseResult:
-        versions = json.loads(file.attrs["versions"])
-        parts = {part: groups.get(f"{place}/{part}") for part in PARTS}
-        return layout.read_result(groups[place], history, model, patterns, versions, **parts)
-
-    if f"{place}/history" in groups:
-        return result(groups[f"{place}/history"])
-    if n == 0 and blank is not None:
-        return result(LazyHistory(0, partial(blank, model, result(LazyHistory(0, xr.Dataset)))))
-    return result(LazyHistory(n, partial(_history, file, f"{place}/history", names)))
+    history = groups.get(f"{place}/history", LazyHistory(n, partial(_history, file, f"{place}/history", names)))
+    parts = {part: groups.get(f"{place}/{part}") for part in PARTS}
+    return layout.read_result(groups[place], history, model, patterns, json.loads(file.attrs["versions"]), **parts)
 
 
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
@@ -559,32 +512,8 @@ def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
     raise violated(file.path, violations)
 
 
-class ModelImage(NamedTuple):
-    """The part of a file that is the same before and after a run: its schema and its model."""
-
-    image: netcdf.Image
-    model: xr.Dataset
-
-    @classmethod
-    def of(cls, analysis: Analysis, path: Path) -> Self:
-        """Return the part of the file of an analysis.
-
-        Raises
-        ------
-        FormatError
-            If the model violates the schema or contradicts itself.
-        """
-        model = layout.model_dataset(analysis.model, patterns(analysis.cases))
-        if found := _violations("/model", model, "model"):
-            raise violated(path, found)
-        text = json.dumps(schema(SCHEMA), separators=(",", ":"))
-        return cls(netcdf.netcdf_image({"/": xr.Dataset({"schema": ((), text)}), "/model": model}), model)
-
-
-def sealed_image(
-    analysis: Analysis, path: Path, part: ModelImage | None = None, *, is_plan: bool = False
-) -> tuple[bytes, bytes]:
-    """Return the bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
+def sealed_image(analysis: Analysis, path: Path) -> tuple[bytes, bytes]:
+    """Return the bytes of the file of an analysis, and their seal.
 
     Parameters
     ----------
@@ -592,36 +521,30 @@ def sealed_image(
         The model and its results.
     path
         File that errors name.
-    part
-        Part of the file that was made before.
-    is_plan
-        Whether the file is a plan.
 
     Raises
     ------
     FormatError
-        If results violate the schema or contradict each other.
+        If the model or results violate the schema or contradict each other.
     """
-    image, model = part or ModelImage.of(analysis, path)
-    attrs = _root_attributes(analysis)
-    root = xr.Dataset({"schema": ((), "")}, attrs=attrs)
-    violations = _violations("/", root, "", ("model", "cases"))
-    tree = {"/": xr.Dataset(attrs=attrs)}
+    text = json.dumps(schema(SCHEMA), separators=(",", ":"))
+    tree = {
+        "/": xr.Dataset({"schema": ((), text)}, attrs=_root_attributes(analysis)),
+        "/model": layout.model_dataset(analysis.model, patterns(analysis.cases)),
+    }
+    violations = _violations("/", tree["/"], "", ("model", "cases")) + _violations("/model", tree["/model"], "model")
     for of_case, result in analysis.items():
         place, case = f"/cases/{layout.group_name(of_case)}", layout.case_dataset(result, analysis.versions)
-        history = result.history if result.n_iterations or not is_plan else None
-        parts = {"history": history} | {name: getattr(result, name) for name in PARTS}
-        parts = {name: ds for name, ds in parts.items() if ds is not None}
-        violations += _violations(place, case, "case", ("history", *parts))
-        tree |= {place: case, f"{place}/history": xr.Dataset()}
+        parts = {name: ds for name in layout.PARTS if (ds := getattr(result, name)) is not None}
+        violations += _violations(place, case, "case", parts)
+        tree[place] = case
         for name, ds in parts.items():
             violations += _violations(f"{place}/{name}", ds, name)
             tree[f"{place}/{name}"] = ds
-    if not violations:
-        violations += layout.findings({"/model": model, **{place: ds for place, ds in tree.items() if ds.variables}})
+    violations = violations or list(layout.findings(tree))
     if violations:
         raise violated(path, violations)
-    content = netcdf.netcdf_image(tree, image).content
+    content = netcdf.netcdf_image(tree)
     return content, seal_of(content)
 
 

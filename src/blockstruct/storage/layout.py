@@ -6,6 +6,7 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import attrs
 import numpy as np
 import xarray as xr
 
@@ -40,7 +41,7 @@ from blockstruct.model import (
     kind_of,
     tie_kind_of,
 )
-from blockstruct.model.fields import dimensions
+from blockstruct.model.fields import dimensions, is_anchor
 from blockstruct.motion.state import CurveOutcome
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.case_result import CaseResult, LazyHistory
@@ -63,13 +64,8 @@ from blockstruct.vocabulary import (
 
 #: Coordinates of a model.
 _NAMES = ("axis", "material", "joint_material", "block", "interface", "load_pattern")
-#: Every vector of a load, and every number.
-_VECTORS = dict.fromkeys(name for kind in LOAD_KINDS.values() for name in kind.vectors)
-_NUMBERS = dict.fromkeys(
-    name for part in ("plain", "quantities") for k in LOAD_KINDS.values() for name in getattr(k, part)
-)
 #: Variables of loads that every file has, whatever its loads.
-_ALWAYS = ("direction", "point", "force", "traction", "moment", "share")
+_ALWAYS = tuple(f"{name}_of_load" for name in ("direction", "point", "force", "traction", "moment", "share"))
 #: Variables of a model that are 0 or 1.
 _MODEL_FLAGS = ("fixed", "floating", "untouched", "near_miss_of_contact")
 #: Field of the tolerances of a detection, and its variable.
@@ -191,12 +187,12 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         values["held_motions"] = _texts(" ".join(b.held) for b in blocks)
     values |= {name: [getattr(j, name) for j in joints] for name in JOINT_PROPERTIES}
     values["torsion"] = _texts(str(j.torsion) for j in joints)
-    for name in (*_VECTORS, *_NUMBERS):
-        given = [getattr(load, name, None) for _, load in loads]
+    for name in [name for name, v in stated("model").items() if name.endswith("_of_load") and v.kind == "f"]:
+        given = [getattr(load, name.removesuffix("_of_load"), None) for _, load in loads]
         if name in _ALWAYS or any(value is not None for value in given):
-            shape = (3,) if name in _VECTORS else ()
+            shape = (3,) if "axis" in stated("model")[name].dims else ()
             numbers = np.array([np.full(shape, np.nan) if value is None else value for value in given], dtype=float)
-            values[f"{name}_of_load"] = numbers.reshape(len(loads), *shape)
+            values[name] = numbers.reshape(len(loads), *shape)
     for dim, some in (("material", materials), ("joint_material", joints)):
         if any(each.source for each in some):
             values[f"source_of_{dim}"] = _texts(each.source for each in some)
@@ -272,19 +268,18 @@ def _sources(stored: Mapping[str, Any], dim: str) -> list[str]:
 
 
 def _load(stored: Mapping[str, Any], k: int) -> Load:
-    kind = LOAD_KINDS[str(stored["kind_of_load"][k])]
-    block = int(stored["block_of_load"][k])
-    named: dict[str, Any] = {
-        "block": str(stored["block"][block]) if block >= 0 else None,
-        "face": int(stored["face_of_load"][k]),
-    }
-    arguments = {name: named[name] for name in kind.named}
-    for name, dimension in {**kind.vectors, **kind.quantities}.items():
-        value = stored[f"{name}_of_load"][k] if f"{name}_of_load" in stored else np.nan
-        arguments[name] = None if name in kind.absent and np.isnan(value).all() else to_quantity(value, dimension)
-    for name, default in kind.plain.items():
-        arguments[name] = type(default)(stored[f"{name}_of_load"][k])
-    return kind.type(**arguments)
+    kind: Any = LOAD_KINDS[str(stored["kind_of_load"][k])]
+    block, arguments = int(stored["block_of_load"][k]), dict[str, Any]()
+    for field in attrs.fields(kind):
+        value = stored[f"{field.name}_of_load"][k] if f"{field.name}_of_load" in stored else np.nan
+        if field.name == "block":
+            arguments["block"] = str(stored["block"][block]) if block >= 0 else None
+        elif "dimension" not in field.metadata:  # The index of a face, or True or False.
+            arguments[field.name] = field.type(value)
+        elif field.default is not None or not np.isnan(value).all():
+            arguments[field.name] = to_quantity(value, field.metadata["dimension"])
+    load: Load = kind(**arguments)
+    return load
 
 
 def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:
@@ -352,11 +347,10 @@ def _tie_values(model: Model, index: Mapping[str, int]) -> dict[str, Any]:
     """Return the values of the ties of a model; none without ties."""
     rows: list[tuple[Any, ...]] = []
     for tie in model.ties:
-        kind, given = tie_kind_of(tie), given_quantities(tie)
-        ends: Any = (tie.start, tie.end) if TIE_KINDS[kind].anchored else (("", tie.start), ("", tie.end))
-        blocks, points = zip(*ends, strict=True)
+        given = given_quantities(tie)
+        blocks, points = zip(*(end if is_anchor(end) else ("", end) for end in (tie.start, tie.end)), strict=True)
         quantities = [given.get(name, np.nan) for name in TIE_QUANTITIES]
-        rows.append((kind, [index.get(block, -1) for block in blocks], points, *quantities))
+        rows.append((tie_kind_of(tie), [index.get(block, -1) for block in blocks], points, *quantities))
     columns = _table("tie", ("kind", "block", "end", *TIE_QUANTITIES), rows)
     return {"tie": _texts(tie.name for tie in model.ties)} | columns if rows else {}
 
@@ -364,11 +358,14 @@ def _tie_values(model: Model, index: Mapping[str, int]) -> dict[str, Any]:
 def _tie(one: xr.Dataset) -> AnyTie:
     kind = TIE_KINDS[str(one["kind_of_tie"].item())]
     points = [to_quantity(point, "length") for point in one["end_of_tie"].to_numpy()]
-    blocks = [str(one["block"].to_numpy()[b]) if b >= 0 else "" for b in one["block_of_tie"].to_numpy()]
-    start, end = zip(blocks, points, strict=True) if kind.anchored else points
-    stored = {name: float(one[f"{name}_of_tie"]) for name in kind.quantities}
+    blocks = [int(block) for block in one["block_of_tie"].to_numpy()]
+    start, end = (
+        point if block < 0 else (str(one["block"].to_numpy()[block]), point)
+        for block, point in zip(blocks, points, strict=True)
+    )
+    stored = {name: float(one[f"{name}_of_tie"]) for name in TIE_QUANTITIES if f"{name}_of_tie" in one}
     quantities = {n: to_quantity(v, TIE_QUANTITIES[n]) for n, v in stored.items() if not np.isnan(v)}
-    return kind.type(str(one["tie"].item()), start, end, **quantities)
+    return kind(str(one["tie"].item()), start, end, **quantities)
 
 
 def group_name(name: str) -> str:

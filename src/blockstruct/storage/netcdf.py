@@ -36,31 +36,20 @@ _MEMBERS = 1000
 _CHUNK = 1_000_000_000
 
 
-class Image(NamedTuple):
-    """The bytes of a netCDF-4 file, and the number of its dimensions."""
+def netcdf_image(tree: Mapping[str, xr.Dataset]) -> bytes:
+    """Return the bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
 
-    content: bytes
-    dimensions: int
-
-
-def netcdf_image(tree: Mapping[str, xr.Dataset], start: Image | None = None) -> Image:
-    """Return a netCDF-4 file with a Dataset in each group; parents stand before their children.
-
-    The file is made in memory: libhdf5 crashes the process on a full disk. It has the groups of another image, too, if
-    one is given.
+    The file is made in memory: libhdf5 crashes the process on a full disk.
     """
-    if start is None:
-        # libhdf5 takes two files of one name for the same, in other threads too.
-        name = f"image-{next(_NUMBERS)}"
-        opened = h5py.File(name, "w", driver="core", backing_store=False, track_order=True)
-    else:
-        opened = h5py.File(h5py.h5f.open_file_image(start.content, h5py.h5f.FILE_IMAGE_OPEN_RW))
-    with opened as file:
-        numbers = count(start.dimensions if start else 0)
+    numbers = count()
+    # libhdf5 takes two files of one name for the same, in other threads too.
+    name = f"image-{next(_NUMBERS)}"
+    with h5py.File(name, "w", driver="core", backing_store=False, track_order=True) as file:
         for path, ds in tree.items():
             _write(file if path == "/" else _created(file, path), ds, numbers)
         file.flush()
-        return Image(file.id.get_file_image(), next(numbers))
+        image: bytes = file.id.get_file_image()
+    return image
 
 
 class Outline(NamedTuple):
@@ -105,15 +94,6 @@ def read_numbers(item: h5py.h5d.DatasetID) -> np.ndarray:
 
 def _read(item: h5py.h5d.DatasetID, kind: str) -> Any:
     return read_values(h5py.Dataset(item)) if kind == "text" else read_numbers(item)
-
-
-def begins_anew(group: h5py.Group, other: h5py.Dataset) -> bool:
-    """Return whether the number of a dimension is one of as many dimensions as a group has, from 0."""
-    number = other.attrs.get(_DIMENSION)
-    members = (h5py.h5o.open(group.id, name) for name in group.id)
-    return number is not None and int(number) < sum(
-        isinstance(m, h5py.h5d.DatasetID) and h5py.h5ds.is_scale(m) for m in members
-    )
 
 
 def member(file: h5py.Group, place: str) -> Any:

@@ -1,9 +1,9 @@
 """Write a file: its name and lock, and the folder next to it that keeps the working data of a run.
 
-The folder ``NAME.partial`` holds ``lock``; ``plan``, an analysis file of every case as it was before the run, without
-the histories that are empty; ``target``, the stamps of the files that the run may replace and of the file that it has
-made; and ``<k>.journal`` for the case with index k once it has begun. The plan is made last and removed first: without
-it the rest counts for nothing. The run has ended once the file that it has made has its name.
+The folder ``NAME.partial`` holds ``lock``; ``plan``, an analysis file of every case as it was before the run;
+``target``, the stamps of the files that the run may replace and of the file that it has made; and ``<k>.journal`` for
+the case with index k once it has begun. The plan is made last and removed first: without it the rest counts for
+nothing. The run has ended once the file that it has made has its name.
 """
 
 import contextlib
@@ -17,11 +17,10 @@ import stat
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from time import monotonic
-from types import MappingProxyType
 from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
@@ -36,13 +35,10 @@ from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import capacity_of, response_of
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.history import HISTORY, Variable
 from blockstruct.results.verification import confirm
 from blockstruct.storage.file import (
     DAMAGE,
     AnalysisFile,
-    Blank,
-    ModelImage,
     Snapshot,
     Stamp,
     folder_of,
@@ -270,7 +266,7 @@ def planned_analysis(path: str | Path) -> Analysis | None:
     """
     if is_unfinished(path):
         try:
-            return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
+            return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"))
         except StorageError:
             if is_unfinished(path):
                 raise
@@ -499,11 +495,6 @@ class Journal:
         self._end = 0
         self._flushed = monotonic()
 
-    @property
-    def is_begun(self) -> bool:
-        """Whether records were read or appended."""
-        return self._end > 0
-
     def read(self, accept: Callable[[Record], None]) -> str:
         """Hand every record, in order, to a function, whose error refuses it; later ones are appended after it.
 
@@ -553,18 +544,18 @@ class Journal:
         return hashlib.sha256(self._digest.encode() + head + content).hexdigest()
 
 
-def _packed(arrays: Mapping[str, np.ndarray], more: Mapping[str, Any] = MappingProxyType({})) -> bytes:
-    """Return arrays as bytes: a line of JSON with names, types, shapes and anything more, and the values."""
+def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return arrays as bytes: a line of JSON with names, types and shapes, and the values."""
     plain = {name: a.astype("U") if a.dtype.kind == "O" else a for name, a in arrays.items()}
-    head = {"arrays": [(name, a.dtype.str, a.shape) for name, a in plain.items()], **more}
+    head = [(name, a.dtype.str, a.shape) for name, a in plain.items()]
     return b"".join([json.dumps(head).encode(), b"\n", *(a.tobytes() for a in plain.values())])
 
 
-def _unpacked(content: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays of a record, texts as objects, and its line of JSON; raise one of ``_UNREADABLE`` without."""
+def _unpacked(content: bytes) -> dict[str, np.ndarray]:
+    """Return the arrays of a record, texts as objects; raise one of ``_UNREADABLE`` without."""
     line, _, values = content.partition(b"\n")
-    head, arrays, start = dict(json.loads(line)), dict[str, np.ndarray](), 0
-    for name, code, shape in head["arrays"]:
+    arrays, start = dict[str, np.ndarray](), 0
+    for name, code, shape in json.loads(line):
         dtype = np.dtype(str(code))
         if dtype.kind not in "biufU":
             msg = f"{name!r} is of type {dtype}"
@@ -572,41 +563,21 @@ def _unpacked(content: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         array = np.ndarray(tuple(shape), dtype, values, start).copy()
         arrays[str(name)] = array.astype(object) if dtype.kind == "U" and array.size else array
         start += array.nbytes
-    return arrays, head
-
-
-def _packed_history(variables: Mapping[str, Variable], coords: Mapping[str, Variable]) -> bytes:
-    every = {**variables, **coords}
-    outline = {
-        "variables": {name: (dims, attrs) for name, (dims, _, attrs) in every.items()},
-        "coords": list(coords),
-        "attrs": HISTORY,
-    }
-    return _packed({name: values for name, (_, values, _) in every.items()}, outline)
-
-
-def _unpacked_dataset(content: bytes) -> xr.Dataset:
-    arrays, head = _unpacked(content)
-    variables = {name: (tuple(dims), arrays[name], attrs) for name, (dims, attrs) in head["variables"].items()}
-    coords = {name: variables.pop(name) for name in head["coords"]}
-    return xr.Dataset(variables, coords, head["attrs"])
+    return arrays
 
 
 class Checkpoint:
     """Working data of one run, held by one process.
 
-    The journal of a case holds its history without iterations, each iteration, each step of a pushover, and how it
-    ended; and the versions of the packages where they differ from those before. Its records are sealed with the plan:
-    a killed process leaves at most one that is half written, and none that was changed is read.
+    The journal of a case holds each iteration, each step of a pushover, and how it ended; and the versions of the
+    packages if they differ from those before. Its records are sealed with the plan: a killed process leaves at most one
+    that is half written, and none that was changed is read.
 
     :meth:`begin` and :meth:`reopen` are contexts, in which nobody else may write the file.
     """
 
-    def __init__(
-        self, place: Path, planned: Analysis, seal: str, target: Target, part: ModelImage | None = None
-    ) -> None:
-        self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._target, self._part = target, part
+    def __init__(self, place: Path, planned: Analysis, seal: str, target: Target) -> None:
+        self.place, self.folder, self.planned, self._target = place, folder_of(place), planned, target
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         #: Number of iterations and steps in the journal, by case and kind.
         self._committed = Counter[tuple[str, str]]()
@@ -631,26 +602,18 @@ class Checkpoint:
                 target = Target.at(place)
                 if target.replaces:
                     target.write(folder)
-                part = ModelImage.of(planned, folder / "plan")
-                image, seal = sealed_image(planned, folder / "plan", part, is_plan=True)
+                image, seal = sealed_image(planned, folder / "plan")
                 _put(folder / "plan", image, seal)
             except BaseException:
                 with contextlib.suppress(StorageError):
                     clear(folder)
                 raise
-            yield cls(place, planned, seal.decode(), target, part)
+            yield cls(place, planned, seal.decode(), target)
 
     @classmethod
     @contextlib.contextmanager
-    def reopen(cls, path: str | Path, blank: Blank) -> Iterator[Self]:
-        """Open the working data of a run that was killed.
-
-        Parameters
-        ----------
-        path
-            The file that the run would have written.
-        blank
-            Makes the history of a case that had not begun.
+    def reopen(cls, path: str | Path) -> Iterator[Self]:
+        """Open the working data of a run that was killed, by the path of the file that it would have written.
 
         Raises
         ------
@@ -676,18 +639,10 @@ class Checkpoint:
             # Before anything is solved: a copied run finds a copy of the file that it was to replace.
             target.check(place, Stamp.at(place))
             plan = AnalysisFile(folder / "plan")
-            yield cls(place, read_analysis(plan, blank), plan.seal, target)
+            yield cls(place, read_analysis(plan), plan.seal, target)
 
-    def start(
-        self,
-        case: str,
-        versions: Mapping[str, str],
-        variables: Mapping[str, Variable],
-        coords: Mapping[str, Variable],
-    ) -> None:
-        """Commit the history of a case without iterations, and the versions that will make them."""
-        if not self._journals[case].is_begun:
-            self._append(case, "case", _packed_history(variables, coords))
+    def start(self, case: str, versions: Mapping[str, str]) -> None:
+        """Commit the versions that will make the numbers of a case, if they differ from those before."""
         if versions != self._versions[case]:
             self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode())
             self._versions[case] = versions
@@ -720,7 +675,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        _write(sealed_image(analysis, self.place, self._part), self.place, self._target, note=True)
+        _write(sealed_image(analysis, self.place), self.place, self._target, note=True)
         clear(self.folder)
 
     def _append(self, case: str, kind: str, content: bytes) -> None:
@@ -732,7 +687,7 @@ class Checkpoint:
     def _result(self, planned: CaseResult) -> CaseResult:
         if planned.status is not Status.INTERRUPTED:
             return planned
-        journal, records = self._journals[planned.name], _Records()
+        journal, records = self._journals[planned.name], _Records(planned.history)
         damage = journal.read(records.take)
         if damage:
             damage = f"{journal.path.name} {damage} in record {records.count}, which is left out with all after it"
@@ -743,14 +698,13 @@ class Checkpoint:
         self._committed |= {(planned.name, "iteration"): len(pieces), (planned.name, "step"): len(states)}
         motion = planned.response if planned.capacity is None else planned.capacity
         kept = 0 if motion is None else len(motion["displacement"])
-        if records.blank is None or len(pieces) < planned.n_iterations or len(states) < kept:
-            return planned.changed(damage=damage)
         responds = isinstance(planned.case, RecordCase)
-        if not pieces and not (responds and (states or records.ending)):
-            return replace(planned, history=records.blank, damage=damage)
-        history, certificate = records.blank, dict[str, Any]()
+        is_begun = bool(pieces or (responds and (states or records.ending)))
+        if not is_begun or len(pieces) < planned.n_iterations or len(states) < kept:
+            return planned.changed(damage=damage)
+        history, certificate = planned.history, dict[str, Any]()
         if pieces:
-            history = _joined(records.blank, pieces)
+            history = _joined(history, pieces)
             certificate = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
             certificate["holds"] = bool(pieces[-1]["holds"][0])
         killed: dict[str, Any] = {
@@ -782,10 +736,10 @@ class Checkpoint:
 
 
 class _Records:
-    """The content of the journal of a case."""
+    """The content of the journal of a case, whose history is planned."""
 
-    def __init__(self) -> None:
-        self.blank: xr.Dataset | None = None
+    def __init__(self, planned: xr.Dataset) -> None:
+        self._planned = planned
         self.iterations: list[dict[str, np.ndarray]] = []
         self.steps: list[dict[str, np.ndarray]] = []
         self.ending: dict[str, Any] | None = None
@@ -795,16 +749,14 @@ class _Records:
 
     def take(self, record: Record) -> None:
         """Take the next record; raise one of ``_UNREADABLE`` to refuse it."""
-        is_open = self.blank is not None and self.ending is None
+        is_open = self.ending is None
         match record.kind:
-            case "case" if self.blank is None:
-                self.blank = _unpacked_dataset(record.content)
             case "versions" if is_open:
                 self.versions[len(self.iterations) + len(self.steps)] = json.loads(record.content)
-            case "iteration" if self.blank is not None and is_open and not self.steps:
-                self.iterations.append(_checked(_unpacked(record.content)[0], self.blank, len(self.iterations)))
+            case "iteration" if is_open and not self.steps:
+                self.iterations.append(_checked(_unpacked(record.content), self._planned, len(self.iterations)))
             case "step" if is_open:
-                self.steps.append(_unpacked(record.content)[0])
+                self.steps.append(_unpacked(record.content))
             case "end" if is_open:
                 self.ending = json.loads(record.content)
             case _:
@@ -813,9 +765,9 @@ class _Records:
         self.count += 1
 
 
-def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
+def _checked(iteration: Mapping[str, np.ndarray], planned: xr.Dataset, index: int) -> dict[str, np.ndarray]:
     """Return the arrays of an iteration, of the kinds and shapes of the history of its case."""
-    expected = {str(name): v for name, v in blank.variables.items() if "iteration" in v.dims}
+    expected = {str(name): v for name, v in planned.variables.items() if "iteration" in v.dims}
     expected["holds"] = expected["iteration"]
     for name, v in expected.items():
         values, shape = iteration[name], tuple(1 if dim == "iteration" else n for dim, n in v.sizes.items())
@@ -825,12 +777,12 @@ def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int)
     return {name: iteration[name] for name in expected} | {"iteration": np.array([index])}
 
 
-def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
+def _joined(planned: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
     """Return the history of the iterations of a case."""
     joined = {
         str(name): (v.dims, np.concatenate([piece[str(name)] for piece in pieces]), v.attrs)
-        for name, v in blank.variables.items()
+        for name, v in planned.variables.items()
         if "iteration" in v.dims
     }
-    coords = {name: joined.pop(name) for name in [name for name in joined if name in blank.coords]}
-    return blank.drop_dims("iteration").assign(joined).assign_coords(coords)
+    coords = {name: joined.pop(name) for name in [name for name in joined if name in planned.coords]}
+    return planned.drop_dims("iteration").assign(joined).assign_coords(coords)

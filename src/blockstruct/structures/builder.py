@@ -14,8 +14,6 @@ from blockstruct.model import Block, Material
 from blockstruct.model.fields import checked_count, positive_length
 from blockstruct.units import QuantityLike
 
-#: Metadata of a length.
-LENGTH = {"dimension": "length"}
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _KINDS: dict[str, tuple[type, str]] = {

@@ -9,8 +9,8 @@ from attrs import field, frozen
 
 from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.fields import ModelObject, named_arguments, not_negative, optional_scalar, scalar
-from blockstruct.structures.builder import LENGTH, count, length, optional_count, optional_length
+from blockstruct.model.fields import LENGTH, ModelObject, named_arguments, not_negative, optional_scalar, scalar
+from blockstruct.structures.builder import count, length, optional_count, optional_length
 from blockstruct.structures.vaults import ArchProfile
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import counted

@@ -9,8 +9,8 @@ from attrs import Factory, define, field, frozen
 
 from blockstruct.arrays import ROUNDING
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.fields import ModelObject, named_arguments, scalar
-from blockstruct.structures.builder import LENGTH, length
+from blockstruct.model.fields import LENGTH, ModelObject, named_arguments, scalar
+from blockstruct.structures.builder import length
 
 Interval = tuple[float, float]
 

@@ -14,6 +14,7 @@ from blockstruct.errors import ModelError, check_known, shown
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.fields import (
     LEFT_OUT,
+    LENGTH,
     ModelObject,
     check_total,
     checked_count,
@@ -27,7 +28,7 @@ from blockstruct.model.fields import (
     store,
 )
 from blockstruct.structures.bond import Bond, Panel, Pieces
-from blockstruct.structures.builder import LENGTH, builder, count, length, lengths, optional_length
+from blockstruct.structures.builder import builder, count, length, lengths, optional_length
 from blockstruct.structures.openings import QUARTER, AnyOpening, Opening, check_openings
 from blockstruct.structures.rubble import Rubble, RubbleJoints
 from blockstruct.units import QuantityLike, to_quantity

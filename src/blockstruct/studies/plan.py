@@ -1,11 +1,9 @@
 """One run of a study, on any machine, and the settings that all runs share."""
 
-import contextlib
 import hashlib
 import inspect
 import json
 import pickle
-import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping
@@ -21,7 +19,6 @@ from blockstruct.errors import (
     ModelError,
     StudyError,
     UnknownKeywordError,
-    did_you_mean,
     shown,
 )
 from blockstruct.limit.settings import ProcedureSettings, schedules_of
@@ -95,50 +92,33 @@ class Plan:
         ------
         UnknownKeywordError
         """
-        known = inspect.signature(self.build).parameters
-        if any(p.kind is p.VAR_KEYWORD for p in known.values()):
-            return
-        for name in names:
-            if name not in known:
-                msg = f"build {name_of(self.build)}: no parameter {name!r}; {did_you_mean(str(name), known)}"
-                raise UnknownKeywordError(msg)
-        needed = [n for n, p in known.items() if p.default is p.empty and p.kind is not p.VAR_POSITIONAL]
-        missing = [name for name in needed if name not in names]
-        if missing:
-            msg = f"build {name_of(self.build)}: parameters {', '.join(missing)} have no value; give one, or a list"
-            raise UnknownKeywordError(msg)
+        signature = inspect.signature(self.build)
+        try:
+            signature.bind(**names)
+        except TypeError as error:
+            taken = ", ".join(signature.parameters) or "no parameters"
+            msg = f"build {name_of(self.build)}: {error}; it takes {taken}, and the study gives {', '.join(names)}"
+            raise UnknownKeywordError(msg) from error
 
-    def pickled(self) -> tuple[bytes, str]:
-        """Return the plan as bytes, and why the script must be imported.
-
-        The second value is empty if another process need not import the script of this process.
+    def pickled(self) -> bytes:
+        """Return the plan as bytes, with functions of a script, a notebook or a prompt.
 
         Raises
         ------
         StudyError
             If ``build`` cannot be sent.
         """
-        sent = b""
-        with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
-            sent = pickle.dumps(self)
-        # A process can import a script, but not a notebook or lines typed at a prompt.
-        in_script, is_script = b"__main__" in sent, Path(getattr(sys.modules["__main__"], "__file__", "")).is_file()
-        if sent and not in_script:
-            return sent, ""
-        try:
-            import cloudpickle
+        import cloudpickle
 
-            return cloudpickle.dumps(self), ""
+        try:
+            sent: bytes = cloudpickle.dumps(self)
         except Exception as error:
-            reason = f"{type(error).__name__}: {error}"
-            if sent and is_script:
-                return sent, reason
             msg = (
-                f"study: build {name_of(self.build)} cannot be sent to another process ({reason}); define it at the "
-                'top of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
-                "lambdas), or give workers=1"
+                f"study: build {name_of(self.build)} cannot be sent to another process ({type(error).__name__}: "
+                f"{error}); give it only what can be pickled, or workers=1"
             )
             raise StudyError(msg) from error
+        return sent
 
 
 def name_of(build: Build) -> str:

@@ -44,11 +44,11 @@ def in_processes(plan: Plan, runs: Sequence[Run], folder: Path, workers: int) ->
     StudyError
         If the workers cannot start.
     """
-    sent, why_script = plan.pickled()
+    sent = plan.pickled()
     left = {run.name: run for run in runs}
 
     def in_a_pool(some: Sequence[Run], count: int) -> Ended:
-        with _pool(min(count, len(some)), why_script) as pool:
+        with _pool(min(count, len(some))) as pool:
             futures: dict[Future[Problem], Run] = {}
             with contextlib.suppress(BrokenExecutor):
                 for run in some:
@@ -71,7 +71,7 @@ def in_processes(plan: Plan, runs: Sequence[Run], folder: Path, workers: int) ->
 
 
 @contextlib.contextmanager
-def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Start a pool of processes that end at once with the context.
 
     Committed iterations are kept.
@@ -83,18 +83,12 @@ def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
     workers = min(workers, 61) if sys.platform == "win32" else workers
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
     try:
-        with _start_of_processes(needs_script=bool(why_script)):
+        with _start_of_processes():
             started = pool.submit(os.getpid)
         try:
             started.result()
         except BrokenExecutor as error:
             msg = "study: a worker process ended as it started. Its own message stands above."
-            if why_script:
-                msg += (
-                    " A script that defines build must call study under `if __name__ == '__main__':`, because each "
-                    'worker imports it where cloudpickle, which comes with "blockstruct[cluster]", cannot send it '
-                    f"({why_script}); or give workers=1"
-                )
             raise StudyError(msg) from error
         yield pool
     finally:
@@ -104,17 +98,12 @@ def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextlib.contextmanager
-def _start_of_processes(*, needs_script: bool) -> Iterator[None]:
-    """Set the environment of new processes.
-
-    ``needs_script`` makes them import the script of this process. The script runs again, except for the code under
-    ``if __name__ == "__main__"``.
-    """
+def _start_of_processes() -> Iterator[None]:
+    """Set the environment of new processes, which do not run the script of this process again."""
     before, script = {name: os.environ.get(name) for name in _ONE_THREAD}, sys.modules["__main__"]
     os.environ.update(_ONE_THREAD)
     try:
-        if not needs_script:
-            sys.modules["__main__"] = ModuleType("__main__")
+        sys.modules["__main__"] = ModuleType("__main__")
         yield
     finally:
         sys.modules["__main__"] = script
@@ -159,52 +148,26 @@ def connected(cluster: Any) -> Iterator[Any]:
         from distributed import Client
     except ModuleNotFoundError as error:
         raise MissingExtraError.of(error, "cluster", "study: cluster") from error
-    if isinstance(cluster, Client):
-        _check(cluster)
-        yield cluster
-        return
-    address = getattr(cluster, "scheduler_address", cluster)
-    if not isinstance(address, str) or not address:
-        msg = (
-            f"study: cluster is {shown(cluster)}; give a dask Client, a running cluster such as LocalCluster, or the "
-            "address of a scheduler such as 'tcp://127.0.0.1:8786'"
-        )
-        raise ClusterError(msg)
-    try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise _unreachable(address, error) from error
-    try:
-        _check(client)
-        yield client
-    finally:
-        client.close()
-
-
-def _check(client: Any) -> None:
-    address = getattr(client.scheduler, "address", "") or "no address"
-    if client.status != "running":
-        raise _unreachable(address, f"the client is {client.status}")
-    try:
-        identity = client.sync(client.scheduler.identity, callback_timeout=PATIENCE)
-        if not identity["workers"]:
-            client.wait_for_workers(1, timeout=PATIENCE)
-    except (OSError, RuntimeError) as error:  # a TimeoutError is an OSError
-        if client.status == "running" and "workers" in str(error):
-            msg = f"study: the scheduler at {address} has no worker; start one by `dask worker {address}`"
+    with contextlib.ExitStack() as stack:
+        try:
+            if not isinstance(cluster, Client):
+                cluster = stack.enter_context(Client(cluster, timeout=PATIENCE, set_as_default=False))
+            cluster.wait_for_workers(1, timeout=PATIENCE)
+            theirs = cluster.submit(version, "blockstruct", pure=False).result(timeout=6 * PATIENCE)
+        except Exception as error:  # Of the network, of Dask, or of a worker.
+            msg = (
+                f"study: no worker of cluster {shown(cluster)} answers ({described(error)}); give a Dask client, a "
+                "running cluster or the address of a scheduler, and start workers that have blockstruct by `dask "
+                "worker ADDRESS`"
+            )
             raise ClusterError(msg) from error
-        raise _unreachable(address, error) from error
-    try:
-        theirs = client.submit(version, "blockstruct", pure=False).result(timeout=6 * PATIENCE)
-    except Exception as error:
-        msg = f"study: workers of {address} cannot run blockstruct ({described(error)}); install it there"
-        raise ClusterError(msg) from error
-    if theirs != version("blockstruct"):
-        msg = (
-            f"study: workers of {address} have blockstruct {theirs}, this is {version('blockstruct')}; "
-            "install the same version on both sides"
-        )
-        raise ClusterError(msg)
+        if theirs != version("blockstruct"):
+            msg = (
+                f"study: workers of the cluster have blockstruct {theirs}, this is {version('blockstruct')}; install "
+                "the same version on both sides"
+            )
+            raise ClusterError(msg)
+        yield cluster
 
 
 def on_cluster(plan: Plan, runs: Sequence[Run], folder: Path, client: Any) -> Ended:
@@ -219,7 +182,7 @@ def on_cluster(plan: Plan, runs: Sequence[Run], folder: Path, client: Any) -> En
     """
     from distributed import as_completed
 
-    sent, _ = plan.pickled()
+    sent = plan.pickled()
     futures = {client.submit(carry_out_far, sent, run, key=_key(run), pure=False): run for run in runs}
     try:
         for future in as_completed(list(futures), loop=client.loop):
@@ -246,10 +209,3 @@ def on_cluster(plan: Plan, runs: Sequence[Run], folder: Path, client: Any) -> En
 def _key(run: Run) -> str:
     """Return a unique key of a run, so that a cluster reuses no old result."""
     return f"blockstruct-{run.name}-{uuid.uuid4().hex[:8]}"
-
-
-def _unreachable(address: str, why: Any) -> ClusterError:
-    return ClusterError(
-        f"study: no scheduler answers at {address} ({why}); start one by `dask scheduler` and `dask worker ADDRESS`, "
-        "or leave cluster out to run on this machine"
-    )

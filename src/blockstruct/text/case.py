@@ -21,7 +21,18 @@ from blockstruct.statics.carried import carried_weights
 from blockstruct.statics.wrenches import applied_loads
 from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
-from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, PathEnd, Procedure, Reason, Status, counted, listed
+from blockstruct.vocabulary import (
+    FEW,
+    CurveDoubt,
+    CurveEnd,
+    PathEnd,
+    Procedure,
+    Reason,
+    Status,
+    axis_text,
+    counted,
+    listed,
+)
 
 _FOUND_BY = {
     Procedure.LOADING_PATH: "along its loading path",
@@ -263,7 +274,9 @@ def _gap_unit(answer: Answer) -> str:
     return f"the {'dead load' if answer.is_reaction else 'load factor'}"
 
 
-def pushed_states(states: int, certified: int, reached: float, point: str, direction: str) -> str:
+def pushed_states(
+    states: int, certified: int, reached: float, point: str, direction: Sequence[float], *, settles: bool
+) -> str:
     """Return the sentence on the states of a curve.
 
     Parameters
@@ -274,13 +287,16 @@ def pushed_states(states: int, certified: int, reached: float, point: str, direc
         Last displacement, m.
     point, direction
         The point or the supports that move, and the direction.
+    settles
+        Whether supports move.
     """
     if states == 1:
         states_clause = f"1 state was found, {'certified' if certified else 'not certified'},"
     else:
         states_clause = f"{states} states were found, {'all' if certified == states else certified} of them certified,"
     return (
-        f"Beyond collapse {states_clause} up to a displacement of {1e3 * reached:.4g} mm of {point} along {direction}."
+        f"{'After the first motion' if settles else 'Beyond collapse'} {states_clause} up to a displacement of "
+        f"{1e3 * reached:.4g} mm of {point} along {axis_text(direction)}."
     )
 
 
@@ -325,16 +341,28 @@ def response_sentences(
     Examples
     --------
     >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
-    >>> print(*response_sentences(**at, fallen=[], ties=[], crushed=0, end=8, step=2e-3, steps=4100))
-    The largest displacement is 120 mm, of b2. At the end, 8 s, 2 mm remain, of b1. It took 4100 steps of at most 2 ms.
+    >>> print(*response_sentences(**at, fallen=[], ties=[], crushed=0, end=8, step=2e-3, steps=41)[:2])
+    The largest displacement is 120 mm, of block b2. At the end, 8 s, 2 mm remain, of block b1.
     """
-    sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of {largest[1]}."]
+    sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of block {largest[1]}."]
     if fallen:
-        sentences.append(f"At {end:.4g} s {listed(fallen, FEW)} {'has' if len(fallen) == 1 else 'have'} fallen.")
+        which = f"block {fallen[0]} has" if len(fallen) == 1 else f"blocks {listed(fallen, FEW)} have"
+        sentences.append(f"At {end:.4g} s {which} fallen.")
     else:
-        sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of {remaining[1]}.")
+        sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of block {remaining[1]}.")
     sentences += [*ties_in_motion(ties), *crushed_joints(crushed)]
     return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+
+
+def response_number(largest: float, collapse_time: float) -> tuple[str, str]:
+    """Return name and text of the largest displacement, m, of a response, or of the time, s, of its collapse.
+
+    >>> response_number(0.0312, float("nan")), response_number(2.5, 3.21)
+    (('largest displacement', '31.2 mm'), ('time of collapse', '3.21 s'))
+    """
+    if np.isnan(collapse_time):
+        return "largest displacement", f"{1e3 * largest:.4g} mm"
+    return "time of collapse", f"{collapse_time:.4g} s"
 
 
 _OTHER_STEPS = ", so run it with other steps and compare"
@@ -378,7 +406,9 @@ def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
 
 def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str) -> str:
     block, direction = case.control
-    moves = f"block {outcome.blocks[0]!r} moves furthest, along {_shown(outcome.direction)}" if outcome.blocks else ""
+    moves = (
+        f"block {outcome.blocks[0]!r} moves furthest, along {axis_text(outcome.direction)}" if outcome.blocks else ""
+    )
     match outcome.end:
         case CurveEnd.ZERO:
             stands = f", where the control point at block {block!r} stands still or goes back: {moves}"
@@ -399,7 +429,7 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
             )
         case CurveEnd.RESTS:
             return (
-                f"the control point at block {block!r} does not move along {_shown(direction)} in the collapse "
+                f"the control point at block {block!r} does not move along {axis_text(direction)} in the collapse "
                 f"mechanism, and there is no curve over its displacement; {moves}"
             )
         case _:
@@ -408,10 +438,6 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
                 f"state, as blocks that move touch wherever faces do. {names} touch beyond the interfaces: "
                 "give the interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
             )
-
-
-def _shown(direction: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{round(value, 4) + 0.0:.3g}' for value in direction)})"
 
 
 def doubtful_part(

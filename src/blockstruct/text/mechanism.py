@@ -48,9 +48,8 @@ def more_ties(count: int) -> str:
 
 def joints_sentence(kind: str, joints: Sequence[str]) -> str:
     """Return the sentence on joints that fail in one way, the most active first."""
-    return (
-        f"{kind}: {len(joints)}, first {listed(joints, noun='joint')}." if len(joints) > 1 else f"{kind}: {joints[0]}."
-    )
+    many = f"{len(joints)}, the most active first: " * (len(joints) > 1)
+    return f"{kind}: {many}{listed(joints, noun='joint')}."
 
 
 def failure_clause(states: Iterable[tuple[str, str]]) -> str:
@@ -95,7 +94,11 @@ def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid
 
 
 def direction_text(vector: Array) -> str:
-    """Return the axis nearest to a direction, with the component along it unless the direction is the axis."""
+    """Return the axis nearest to a direction, with the angle between them unless it is small.
+
+    >>> direction_text(np.array([1.0, 0.05, 0.0])), direction_text(np.array([0.0, -1.0, 0.5]))
+    ('+x', '−y (27° off)')
+    """
     length = np.linalg.norm(vector)
     if length == 0:
         return "nowhere"
@@ -103,16 +106,16 @@ def direction_text(vector: Array) -> str:
     along = int(np.abs(unit).argmax())
     share = abs(unit[along])
     name = f"{'+' if unit[along] > 0 else '−'}{AXES[along]}"
-    return name if round(share, 2) == 1 else f"{name} ({share:.0%})"
+    return name if round(share, 2) == 1 else f"{name} ({np.degrees(np.arccos(share)):.0f}° off)"
 
 
 def tie_title(name: str, kind: str = "tie") -> str:
-    """Return the name of a tie for a sentence, after the word tie unless it begins with it.
+    """Return the name of a tie for a sentence, after the word tie unless it has it.
 
-    >>> tie_title("left"), tie_title("tie left")
-    ('tie left', 'tie left')
+    >>> tie_title("left"), tie_title("tie 1"), tie_title("left tie")
+    ('tie left', 'tie 1', 'left tie')
     """
-    return name if name.casefold().startswith("tie") else f"{kind} {name}"
+    return name if "tie" in name.casefold() else f"{kind} {name}"
 
 
 def tie_sentence(

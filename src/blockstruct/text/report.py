@@ -43,10 +43,13 @@ def no_number(case: str, status: Status, answer: Answer, *, cases: int, checks: 
         Number of cases, and of checks of other cases.
     """
     if status is Status.STANDS:
-        among = f"“{case}”" if cases == 1 else f"all of {cases} cases"
+        among = f"“{case}”" if cases == 1 else f"all of {cases} cases. It moves furthest in “{case}”"
         return f"The structure stands in {among}. The response to a record has no load factor."
     worst = "" if cases == 1 else f", the worst of {cases} cases"
-    text = f"There is no {answer.name} to rely on: “{case}” {status.predicate}{worst}."
+    text = {
+        Status.COLLAPSES: f"The structure collapses in “{case}”{worst}.",
+        Status.UNDECIDED: f"It is undecided whether the structure stands in “{case}”{worst}.",
+    }.get(status, f"There is no {answer.name} to rely on: “{case}” {status.predicate}{worst}.")
     if not checks:
         return text
     others = "The check of another case does" if checks == 1 else f"The {checks} checks of other cases do"

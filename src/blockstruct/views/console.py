@@ -19,10 +19,12 @@ import blockstruct as bs
 from blockstruct.analysis import Listener
 from blockstruct.analysis.events import follow
 from blockstruct.text import study
+from blockstruct.text.case import response_number
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.selection import compasses
 from blockstruct.views.words import (
     admissible_words,
+    number_words,
     pushover_words,
     range_words,
     response_words,
@@ -45,7 +47,7 @@ def study_table(data: xr.Dataset) -> Table:
     rows = frame.head(most).to_dict("records")
     columns = parameter_columns(rows, varied, frame.attrs["units"])
     columns.append(("case", [row["case"] for row in rows], "left"))
-    columns.append((answer_title(rows), [answer_cell(row) for row in rows], "right"))
+    columns.append(numbers_column(map(_number, rows)))
     columns.append(("status", [_ending(row) for row in rows], "left"))
     table = folded_table(columns)
     if len(frame) > len(rows):
@@ -115,25 +117,26 @@ def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) ->
     return table
 
 
-def answer_title(rows: Iterable[Mapping[Any, Any]]) -> str:
-    """Return the title of a column of load factors, and reactions if there are any."""
-    return "load factor / reaction" if any(_reactions(row) for row in rows) else "load factor"
+def numbers_column(named: Iterable[tuple[str, str]]) -> tuple[str, list[str], JustifyMethod]:
+    """Return the column of the numbers of cases: load factors, reactions, displacements, times of collapse."""
+    names, numbers = zip(*named, strict=True) if (named := list(named)) else (["load factor"], [])
+    return " / ".join(dict.fromkeys(names)), list(numbers), "right"
 
 
-def answer_cell(row: Mapping[Any, Any]) -> str:
-    """Return the load factor of a case, or the reaction of a settlement with its unit."""
-    return (_reactions(row) or [bs.results.LOAD_FACTOR.text(row["load_factor"], 6)])[0]
+def _number(row: Mapping[Any, Any]) -> tuple[str, str]:
+    """Return name and number of a case: load factor, reaction with its unit, or number of a response."""
+    if math.isfinite(largest := row.get("peak_displacement", math.nan)):
+        return response_number(largest, row["collapse_time"])
+    for name, unit in (("reaction", "N"), ("reaction_moment", "N·m")):
+        if math.isfinite(row.get(name, math.nan)):
+            return "reaction", f"{row[name]:.6g} {unit}"
+    return "load factor", bs.results.LOAD_FACTOR.text(row["load_factor"], 6)
 
 
 def status_cell(row: Mapping[Any, Any]) -> str:
     """Return the status of a case, and whether its load factor settled."""
     drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
     return "NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
-
-
-def _reactions(row: Mapping[Any, Any]) -> list[str]:
-    units = {"reaction": "N", "reaction_moment": "N·m"}
-    return [f"{row[name]:.6g} {unit}" for name, unit in units.items() if math.isfinite(row.get(name, math.nan))]
 
 
 def study_summary(summary: xr.Dataset) -> str:
@@ -267,14 +270,13 @@ def result_text(result: bs.CaseResult) -> Text:
 
 def summary_table(analysis: bs.Analysis) -> Table:
     """Return the table of an analysis, a row per case."""
-    kinds = dict.fromkeys(r.answer.name for r in analysis.values())
     results = list(analysis.values())
     return folded_table(
         [
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            (" / ".join(kinds) or "load factor", [r.answer.text(r.load_factor, 6) for r in results], "right"),
+            numbers_column(number_words(r, 6) for r in results),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
@@ -291,7 +293,7 @@ def archive_table(rows: pd.DataFrame) -> Table:
     ]
     columns += parameter_columns(shown, varied, units, "parameter_")
     columns.append(("status", [status_cell(row) for row in shown], "left"))
-    columns.append((answer_title(shown), [answer_cell(row) for row in shown], "right"))
+    columns.append(numbers_column(map(_number, shown)))
     if any(math.isfinite(row["curve_end"]) for row in shown):
         columns.append(("d0 [m]", [_d0(row) for row in shown], "right"))
     columns.append(("programs", [f"{row['n_iterations']:.0f}" for row in shown], "right"))

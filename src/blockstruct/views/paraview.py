@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.arrays import Array
 from blockstruct.files import writing
-from blockstruct.views.export.motion import Motion, pushover_motion, response_motion
+from blockstruct.views.export.motion import Motion, motion_of_states
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, contact_forces, given_result
 from blockstruct.views.solids import Patches, Solids, TieLines, triangles
@@ -139,14 +139,14 @@ class _Still:
         if response is None:
             yield from ((False, i, str(i), self.pieces(result, i)) for i in range(result.n_iterations))
         else:
-            motion = response_motion(response, self.solids.centroids)
+            motion = motion_of_states(result)
             figures = {"time [second]": response["time"], _GROUND: response["ground_acceleration"]}
             for k, pieces in enumerate(self.moved(result, response, motion, ("response", "response-ties"), figures)):
                 yield False, k, f"{motion.time[k]:.9g}", pieces
         if curve is not None:
             figures = {label: curve[name] for label, name in _OF_CURVE.items() if name in curve}
             kinds = ("pushover", "pushed-ties")
-            for k, pieces in enumerate(self.moved(result, curve, pushover_motion(result), kinds, figures)):
+            for k, pieces in enumerate(self.moved(result, curve, motion_of_states(result), kinds, figures)):
                 yield True, k, str(k), pieces
 
     def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:

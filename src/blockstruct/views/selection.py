@@ -22,7 +22,8 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     """
     n = result.n_iterations
     if n == 0:
-        msg = f"case {result.name!r}: no iteration to show, {result.headline}; run the case again"
+        why = f"no iteration to show, {result.headline}; run the case again"
+        msg = f"case {result.name!r}: {why if result.response is None else 'a record has states, but no iterations'}"
         raise bs.errors.ModelError(msg)
     try:
         index = operator.index(iteration)

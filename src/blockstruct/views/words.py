@@ -80,11 +80,11 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
         point, direction = f"the control point on {case.control[0]}", case.control[1]
     else:
         point, direction = listed(case.supports, FEW), case.direction
-    along = f"({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = float(curve["displacement"][-1])
     clauses = [result.curve_ended, *bs.results.breaking_words(curve)]
     clauses += map(str, result.curve_doubts)
-    sentences = [case_text.pushed_states(curve.sizes["step"], int(curve["holds"].sum()), reached, point, along)]
+    states, certified = curve.sizes["step"], int(curve["holds"].sum())
+    sentences = [case_text.pushed_states(states, certified, reached, point, direction, settles="reaction" in curve)]
     sentences += [case_text.capitalised(clause) for clause in clauses if clause]
     if "largest_crushed_depth" in curve:
         sentences += crushed_joints(float(curve["largest_crushed_depth"].max()))
@@ -98,6 +98,13 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
 def response_words(result: bs.CaseResult) -> list[str]:
     """Return the sentences on the response to a record; none for any other case."""
     return [] if result.response is None else bs.results.response_words(result.model, result.response)
+
+
+def number_words(result: bs.CaseResult, digits: int = 4) -> tuple[str, str]:
+    """Return name and number of a result: load factor, reaction, or that of a response."""
+    if result.response is None:
+        return result.answer.name, result.answer.text(result.load_factor, digits)
+    return case_text.response_number(result.peak_displacement, result.collapse_time)
 
 
 def without_curve_words(result: bs.CaseResult) -> str:

@@ -1,4 +1,4 @@
-"""Motions of the blocks of a result: its mechanism or its pushover, moved (OBJ, STL) and animated (GLB, glTF 2.0)."""
+"""Motions of the blocks of a result, its mechanism or its states, moved (OBJ, STL) and animated (GLB, glTF 2.0)."""
 
 import json
 import struct
@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 import blockstruct as bs
@@ -78,7 +77,7 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
     """
     solids = Solids.of(result.model)
     if not result.n_iterations or not np.isfinite(first := solids.displacement(result, -1)).all():
-        remedy = "run the case again" if result.response is None else "ParaView plays a record, in a .pvd"
+        remedy = "run the case again" if result.response is None else "give a step, a state of the record"
         msg = f"case {result.name!r}: no mechanism, {result.status.words}; {remedy}"
         raise bs.errors.ModelError(msg)
     if amplitude is None:
@@ -94,17 +93,28 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
     return Motion(time, np.array([solids.centroids + t for _, t in moved]), np.array([R for R, _ in moved]))
 
 
-def pushover_motion(result: bs.CaseResult) -> Motion:
-    """Return the states of a pushover. The control point moves at constant speed.
+def has_states(result: bs.CaseResult) -> bool:
+    """Whether a result has the states of a motion: of a pushover, a settlement or a record."""
+    return result.capacity is not None or result.response is not None
+
+
+def motion_of_states(result: bs.CaseResult) -> Motion:
+    """Return the states of a motion, those of a record at their times.
+
+    The control point of a pushover and the supports of a settlement move at constant speed.
 
     Raises
     ------
     ModelError
-        If the result has no capacity curve.
+        If the result has no states.
     """
-    curve = result.capacity
+    curve, response = result.capacity, result.response
+    if response is not None:
+        rest = np.array([block.centroid for block in result.model.blocks])
+        position = rest + response["displacement"].transpose("time", "block", "axis").to_numpy()
+        return Motion(response["time"].to_numpy(), position, bs.results.block_rotations(response))
     if curve is None:
-        msg = f"case {result.name!r}: no states of a pushover; run a Pushover, or export the mechanism"
+        msg = f"case {result.name!r}: no states of a motion; run a Pushover, or export the mechanism"
         raise bs.errors.ModelError(msg)
     way = np.abs(np.diff(curve["displacement"].to_numpy(), prepend=curve["displacement"].to_numpy()[:1])).cumsum()
     # Times increase even between two states of one displacement.
@@ -113,14 +123,8 @@ def pushover_motion(result: bs.CaseResult) -> Motion:
     return Motion(_DURATION * time / (time[-1] or 1.0), position, bs.results.block_rotations(curve))
 
 
-def response_motion(response: xr.Dataset, centroids: Array) -> Motion:
-    """Return the states of a response to a record, with the centroids (B, 3) in the model, m."""
-    position = centroids + response["displacement"].transpose("time", "block", "axis").to_numpy()
-    return Motion(response["time"].to_numpy(), position, bs.results.block_rotations(response))
-
-
 def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None, step: int | None = None) -> Path:
-    """Write the blocks as a mechanism or a pushover has moved them, in m.
+    """Write the blocks as a mechanism has moved them, or where they are in a state, in m.
 
     OBJ has an object for each block. STL has the triangles of all blocks in single precision.
 
@@ -134,7 +138,7 @@ def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = Non
         Largest translation of a centroid in the mechanism; ``"0 m"`` for the blocks at rest. The default is the
         amplitude of the figures.
     step
-        State of a pushover, instead of the mechanism; −1 is the last.
+        State of a pushover, settlement or record, instead of the mechanism; −1 is the last.
 
     Raises
     ------
@@ -148,7 +152,7 @@ def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = Non
     if step is None:
         motion, frame = mechanism_motion(result, amplitude, np.ones(1)), 0
     else:
-        motion, frame = pushover_motion(result), step
+        motion, frame = motion_of_states(result), step
         if not -len(motion.time) <= step < len(motion.time):
             msg = f"case {result.name!r}: no state {step}; it has 0 to {len(motion.time) - 1} (-1 is the last)"
             raise bs.errors.ModelError(msg)
@@ -173,10 +177,11 @@ def write_moved(result: bs.CaseResult, path: str | Path, *, amplitude: Any = Non
 
 
 def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None) -> Path:
-    """Write an animation of a result: its pushover if it has one, otherwise its mechanism.
+    """Write an animation of a result: its states if it has some, otherwise its mechanism.
 
     Each block is a node with its name, and blocks are darker where they move farther. In a mechanism the blocks move
-    along their screws to the amplitude and back. Each animation takes 4 s. Ties are not drawn.
+    along their screws to the amplitude and back. An animation takes 4 s, that of a record as long as the motion. Ties
+    are not drawn.
 
     Parameters
     ----------
@@ -185,7 +190,7 @@ def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None)
     path
         A ``.glb`` file; an existing file is replaced.
     amplitude : quantity, length
-        Largest translation of a centroid in the mechanism. A result with a pushover then shows its mechanism. The
+        Largest translation of a centroid in the mechanism. A result with states then shows its mechanism. The
         default is the amplitude of the figures.
 
     Raises
@@ -197,9 +202,9 @@ def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None)
     """
     target = target_with(path, ".glb")
     given_result(result, "write_glb")
-    pushed = result.capacity is not None and amplitude is None
-    motion = pushover_motion(result) if pushed else mechanism_motion(result, amplitude)
-    return write_bytes(_glb(result, motion, "pushover" if pushed else "mechanism"), target)
+    moves = has_states(result) and amplitude is None
+    motion = motion_of_states(result) if moves else mechanism_motion(result, amplitude)
+    return write_bytes(_glb(result, motion, "states" if moves else "mechanism"), target)
 
 
 class _Code(IntEnum):

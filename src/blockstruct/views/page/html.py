@@ -26,6 +26,7 @@ from blockstruct.arrays import Array
 from blockstruct.units import readable
 from blockstruct.views import style, words
 from blockstruct.views.console import plain
+from blockstruct.views.export.motion import motion_of_states
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
@@ -166,18 +167,15 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         If no case of the analysis has an iteration.
     """
     model = analysis.model
-    shown = [r for r in analysis.values() if r.n_iterations]
+    shown = [r for r in analysis.values() if _is_shown(r)]
     if not shown:
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
-        remedy = "run it again"
-        if any(r.response is not None for r in analysis.values()):
-            remedy = "a page plays no records, but blockstruct figures draws them"
-        msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); {remedy}"
+        msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); run it again"
         raise bs.errors.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)
     # Open a spread with the run as given.
-    first = next((r for r in shown_results(analysis) if r.n_iterations), shown[0])
+    first = next((r for r in shown_results(analysis) if _is_shown(r)), shown[0])
     return {
         "name": model.name,
         "look": {
@@ -199,10 +197,19 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         "blocks": _blocks(model, solids, origin),
         "interfaces": _interfaces(model, shown[0], origin),
         "ties": _ties(model, origin),
-        "cases": [_case(result, _head(analysis, result), solids, origin) for result in shown],
+        "cases": [
+            _record(result, origin)
+            if result.response is not None
+            else _case(result, _head(analysis, result), solids, origin)
+            for result in shown
+        ],
         "first": next(k for k, r in enumerate(shown) if r is first),
-        "omitted": [f"{r.name}: {r.headline}" for r in analysis.values() if not r.n_iterations],
+        "omitted": [f"{r.name}: {r.headline}" for r in analysis.values() if not _is_shown(r)],
     }
+
+
+def _is_shown(result: bs.CaseResult) -> bool:
+    return bool(result.n_iterations) or result.response is not None
 
 
 def _origin(solids: Solids) -> Array:
@@ -301,7 +308,38 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
         **_bodies(result),
         "tie": _tie_rows(result),
         **_utilisation(history),
-        **_pushover(result, origin),
+        **_states(result, origin),
+    }
+
+
+def _record(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
+    """Return the response to a record: its states, and one iteration in which nothing acts or moves."""
+    blocks, joints = len(result.model.blocks), len(result.model.interfaces)
+    name, number = words.number_words(result)
+    return {
+        "name": result.name,
+        "loads": _loads(result),
+        "arrows": _arrows(result, origin),
+        "answer": {"name": name, "symbol": "", "unit": ""},
+        "head": {"number": number, "below": []},
+        "status": " ".join([words.status_words(result), *words.response_words(result)]),
+        "certificate": "",
+        "stage": [""],
+        "answers": [None],
+        "measures": {"flow-rule gap": [None]},
+        "largest": [1.0],
+        "force": _packed(np.zeros((joints, 3)), "<f4"),
+        "eccentricity": _packed(np.full((joints, 2), np.nan), "<f4"),
+        "states": ["sticking"],
+        "gravest": ["sticking"],
+        "state": _packed(np.zeros(joints), "<u2"),
+        "velocity": _packed(np.zeros((blocks, 6)), "<f2"),
+        "share": [0.0],
+        "body": [-1] * blocks,
+        "bodies": [],
+        "tie": [],
+        **dict.fromkeys(("sliding", "crushing"), _packed(np.zeros(joints), "<f2")),
+        **_states(result, origin),
     }
 
 
@@ -349,31 +387,32 @@ def _utilisation(history: Any) -> Mapping[str, str]:
     return {kind: _packed(used[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
 
 
-def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
-    """Return the capacity curve, with the motion of every block in every step, (S, B, 12)."""
-    curve = result.capacity
+def _states(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
+    """Return the states of a motion, the place of every block in each, (S, B, 12), and the line of its diagram."""
+    curve = result.response if result.capacity is None else result.capacity
     if curve is None:
         return {}
-    motion = np.concatenate(
-        [bs.results.block_rotations(curve).reshape(*curve["rotation"].shape[:2], 9), curve["position"] - origin], 2
-    )
+    motion = motion_of_states(result)
+    placed = np.concatenate([motion.rotation.reshape(*motion.position.shape[:2], 9), motion.position - origin], 2)
+    if result.capacity is not None:
+        values, along = curve["reaction" if "reaction" in curve else "load_factor"], 1e3 * curve["displacement"]
+        texts = "Capacity curve", "displacement", "mm", result.answer.symbol, result.answer.unit or "-"
+    else:
+        furthest = curve["block"][int(curve["peak_displacement"].isel(time=-1).argmax("block"))]
+        values = 1e3 * (curve["displacement"].sel(block=furthest) ** 2).sum("axis") ** 0.5
+        texts, along = (f"Displacement of block {furthest.item()}", "time", "s", "u", "mm"), curve["time"]
     return {
-        "pushover": {
-            "displacement": curve["displacement"].to_numpy().tolist(),
-            "symbol": result.answer.symbol,
-            "unit": result.answer.unit or "-",
-            "values": curve["reaction" if "reaction" in curve else "load_factor"].to_numpy().tolist(),
-            "motion": _packed(motion, "<f4"),
-            **_pushed_ties(result.model, curve),
-        }
+        "motion": dict(zip(("title", "x", "x_unit", "y", "y_unit"), texts, strict=True))
+        | {"along": along.to_numpy().tolist(), "values": values.to_numpy().tolist(), "places": _packed(placed, "<f4")}
+        | _moved_ties(result.model, curve)
     }
 
 
-def _pushed_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
-    """Return state, force and elongation of each tie in every step."""
+def _moved_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
+    """Return state, force and elongation of each tie in every state."""
     if "tie_force" not in curve:
         return {}
-    columns = (curve[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+    columns = (curve[name].transpose(..., "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
     states = bs.results.pushed_tie_state(model, curve).to_numpy().tolist()
     rows = zip(states, *(plain(values.tolist()) for values in columns), strict=True)
     return {"tie": [list(zip(*row, strict=True)) for row in rows]}

@@ -28,7 +28,7 @@ await Promise.all([
   unpack(ties, ["vertices"], float32), unpack(ties, ["of_vertex"], int32),
   ...data.cases.flatMap(c => [
     unpack(c, ["force", "eccentricity"], float32), unpack(c, ["velocity", "sliding", "crushing"], float16),
-    unpack(c, ["state"], uint16), ...c.arrows.map(a => unpack(a, ["point", "vector"], float32)), ...(c.pushover ? [unpack(c.pushover, ["motion"], float32)] : []),
+    unpack(c, ["state"], uint16), ...c.arrows.map(a => unpack(a, ["point", "vector"], float32)), ...(c.motion ? [unpack(c.motion, ["places"], float32)] : []),
   ]),
 ]);
 blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
@@ -42,9 +42,9 @@ const current = () => data.cases[shown.case];
 /** The largest translation as it is drawn, m: less than the slider says where corners move much farther. */
 const largest = () => shown.amplitude * blocks.size * current().share[shown.iteration];
 
-/** Coordinates of points where the blocks are in the step of the pushover: turned about the centroid, and moved. */
+/** Coordinates of points where the blocks are in the state of the motion: turned about the centroid, and moved. */
 function placed(points, blockOf) {
-  const m = current().pushover.motion, start = shown.step * B * 12, moved = points.slice();
+  const m = current().motion.places, start = shown.step * B * 12, moved = points.slice();
   for (let v = 0; v < blockOf.length; v++) {
     const b = blockOf[v], k = start + 12 * b, p = 3 * v;
     const [x, y, z] = [0, 1, 2].map(a => points[p + a] - blocks.centroids[3 * b + a]);
@@ -52,7 +52,7 @@ function placed(points, blockOf) {
   }
   return moved;
 }
-/** Coordinates of points after the mechanism of the iteration, to first order; or in the step of the pushover. */
+/** Coordinates of points after the mechanism of the iteration, to first order; or in the state of the motion. */
 function displaced(points, blockOf) {
   if (shown.step !== null) return placed(points, blockOf);
   const scale = largest(), start = shown.iteration * B * 6, moved = points.slice();
@@ -179,10 +179,10 @@ function joints() {
   return [{...xyz(displaced(interfaces.fill, interfaces.block_of_vertex)), intensity: fill, ...scale}, {...xyz(segments(moved, drawn)), line}];
 }
 
-/** State and force of every tie in the iteration; in the step of the pushover its elongation, too. */
+/** State and force of every tie in the iteration; in the state of the motion its elongation, too. */
 function tieRows() {
-  const {tie, pushover} = current();
-  return (shown.step === null ? tie[shown.iteration] : pushover.tie && pushover.tie[shown.step]) || [];
+  const {tie, motion} = current();
+  return (shown.step === null ? tie[shown.iteration] : motion.tie && motion.tie[shown.step]) || [];
 }
 /** Ties as lines that go with their blocks, coloured by their state; those that have broken are gone. */
 function tieLines() {
@@ -336,19 +336,21 @@ function describe() {
   const p = shown.picked, panel = at("picked");
   panel.replaceChildren();
   if (!p) { panel.textContent = "Click a block or an interface. Hide the blocks to reach interfaces inside."; return; }
-  const rows = [], i = p.index;
+  const rows = [], i = p.index, moved = shown.step !== null;
   if (p.kind === "block") {
-    const u = Array.from(current().velocity.slice((shown.iteration * B + i) * 6, (shown.iteration * B + i) * 6 + 3));
-    const scale = largest();
+    const rest = Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)), scale = largest();
+    const u = moved ? rest.map((c, a) => current().motion.places[(shown.step * B + i) * 12 + 9 + a] - c)
+      : Array.from(current().velocity.slice((shown.iteration * B + i) * 6, (shown.iteration * B + i) * 6 + 3), c => c * scale);
     rows.push(["block", blocks.name[i] + (blocks.support[i] ? ` (${blocks.support[i]})` : "")], ["material", blocks.material[i]],
       ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
-      ["centroid", place(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
-      ["macro-block", (current().bodies[current().body[i]] || {name: "at rest"}).name],
-      ["translation", metres(u.map(c => c * scale))]);
+      ["centroid", place(rest)], ["translation", metres(u)]);
+    if (!moved) rows.push(["macro-block", (current().bodies[current().body[i]] || {name: "at rest"}).name]);
   } else {
     const {local, e} = resultant(i);
-    rows.push(["interface", interfaces.name[i]], ["joint", interfaces.joint[i]], ["state", current().states[stateOf(i)]],
-      ["area", `${Number(interfaces.area[i].toPrecision(3))} m²`], ["N", readable(local[0], "N")],
+    rows.push(["interface", interfaces.name[i]], ["joint", interfaces.joint[i]],
+      ["area", `${Number(interfaces.area[i].toPrecision(3))} m²`]);
+    // Forces are those of an iteration.
+    if (!moved) rows.push(["state", current().states[stateOf(i)]], ["N", readable(local[0], "N")],
       ["V", readable(Math.hypot(local[1], local[2]), "N")], ["eccentricity", metres(e)],
       ["sliding", share(utilisation("sliding", i))], ["crushing", share(utilisation("crushing", i))]);
   }
@@ -418,27 +420,28 @@ function convergence() {
   }, {...config, displayModeBar: false});
 }
 
-/** Load factor or reaction of a step to four digits; where the curve ends at zero it is none. */
+/** Number of a state to four digits; where the curve ends at zero it is none. */
 function valueAt(p, k) {
   const value = p.values[k];
   return Math.abs(value) < 1e-4 * Math.abs(p.values[0]) ? 0 : Number(value.toPrecision(4));
 }
 
 function capacityCurve() {
-  const p = current().pushover;
+  const p = current().motion;
   for (const id of ["pushover", "capacity-title", "capacity"]) at(id).hidden = !p;
   if (!p) return;
-  const n = p.displacement.length, k = shown.step;
+  const n = p.along.length, k = shown.step;
+  at("capacity-title").textContent = p.title;
   at("step").max = n - 1;
   at("step").value = k ?? 0;
-  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, ${p.symbol} = ${valueAt(p, k)}`;
+  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number(p.along[k].toPrecision(4))} ${p.x_unit}, ${p.y} = ${valueAt(p, k)}${p.y_unit === "mm" ? " mm" : ""}`;
   Plotly.react("capacity", [
-    {x: p.displacement.map(d => 1e3 * d), y: p.values, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
+    {x: p.along, y: p.values, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
   ], {
     margin: {l: 48, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
-    xaxis: {title: {text: "displacement [mm]"}, rangemode: "tozero"},
-    yaxis: {title: {text: `${p.symbol} [${p.unit}]`}, rangemode: "tozero"},
-    shapes: k === null ? [] : [{type: "line", x0: 1e3 * p.displacement[k], x1: 1e3 * p.displacement[k], y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
+    xaxis: {title: {text: `${p.x} [${p.x_unit}]`}, rangemode: "tozero"},
+    yaxis: {title: {text: `${p.y} [${p.y_unit}]`}, rangemode: "tozero"},
+    shapes: k === null ? [] : [{type: "line", x0: p.along[k], x1: p.along[k], y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
   }, {...config, displayModeBar: false});
 }
 
@@ -450,13 +453,15 @@ function iterationText() {
 }
 
 function update(drawing = redraw) { iterationText(); legend(); tieTable(); describe(); convergence(); capacityCurve(); return drawing(); }
-/** Show a step of the pushover, or none of them. */
-function chooseStep(step, drawing = redraw) { shown.step = step; capacityCurve(); tieTable(); return drawing(); }
+/** Show a state of the motion, or none of them. */
+function chooseStep(step, drawing = redraw) { shown.step = step; capacityCurve(); tieTable(); describe(); return drawing(); }
 
 function chooseCase(index) {
   shown.case = index;
-  shown.step = null;
-  const c = current();
+  const c = current(), isRecord = Boolean(c.motion) && c.motion.x === "time";
+  // A record has no collapse mechanism: its last state is shown.
+  shown.step = isRecord ? c.motion.along.length - 1 : null;
+  for (const part of document.querySelectorAll(".of-iterations")) part.hidden = isRecord;
   shown.iteration = c.stage.length - 1;
   at("iteration").max = shown.iteration;
   at("loads").textContent = c.loads;
@@ -503,15 +508,16 @@ async function play() {
   setAmplitude(amplitude);
   await redraw();
 }
-/** Go through the steps of the pushover once, until it is asked to stop. */
+/** Go through the states of the motion once, until it is asked to stop; those of a record in their time. */
 async function playPushover() {
   playing = !playing;
   if (!playing) return;
   at("play-pushover").textContent = "■ stop";
-  const n = current().pushover.displacement.length, begun = performance.now();
+  const {along, x} = current().motion, n = along.length, begun = performance.now();
+  const lasts = x === "time" ? 1e3 * (along[n - 1] - along[0]) : PERIOD;
   for (let step = 0; playing && step < n - 1;) {
     const now = await new Promise(requestAnimationFrame);
-    step = Math.min(n - 1, Math.floor(n * (now - begun) / PERIOD));
+    step = Math.min(n - 1, Math.floor(n * (now - begun) / lasts));
     await chooseStep(step, follow);
   }
   playing = false;

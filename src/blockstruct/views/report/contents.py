@@ -20,7 +20,9 @@ from blockstruct.views.selection import shown_results
 from blockstruct.vocabulary import FEW, counted, shortened
 
 #: Pictures of a case in the appendix, and their width and height, inches: three in a row. Size of the compass.
-_DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence", "response"), (3.4, 2.7), (2.9, 3.1)
+_DETAILS, _SMALL, _COMPASS = ("forces", "domain", "convergence"), (3.4, 2.7), (2.9, 3.1)
+#: Diagrams on the page of a case.
+_DIAGRAMS = ("capacity", "response")
 #: Loads whose weight follows from their position.
 _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
@@ -63,7 +65,7 @@ def contents(
         "patterns": _patterns(results),
         "relied_on": first,
         "unit_sizes": "" if unit_sizes is None else str(unit_sizes),
-        "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
+        "answers": " / ".join(dict.fromkeys(map(_title, results))),
         "results": [_headline(r, notes, checks_of.get(r.name, []), rows.get(r.name)) for r in shown_results(analysis)],
         "verification": every,
         "rounded": bs.assess.lines.ROUNDED,
@@ -265,9 +267,15 @@ def _result(r: bs.CaseResult, checks: Sequence[Mapping[str, Any]] = ()) -> dict[
         "name": r.name,
         "flow": r.case.flow.value,
         "status": r.ended,
-        "number": ", ".join(check["alpha"] for check in checks) or r.headline.number,
+        "number": ", ".join(check["alpha"] for check in checks) or words.number_words(r)[1],
         "begins": summary.beginning_words(r),
     }
+
+
+def _title(r: bs.CaseResult) -> str:
+    """Return the name of the number of a case, for the title of a column."""
+    name = words.number_words(r)[0]
+    return f"{name} [-]" if name == "load factor" else name
 
 
 def _spread(name: str, spread: bs.results.Spread) -> dict[str, Any]:
@@ -314,6 +322,7 @@ def _case(
         "notes": _numbers(r, notes, checks),
         "checks": checks,
         "picture": summary.mechanism_picture(drawn),
+        "diagrams": [summary.picture(d) for d in drawings(r) if d.name in _DIAGRAMS],
         "pictures": [summary.picture(replace(d, size=_SMALL)) for d in drawings(r) if d.name in _DETAILS],
     }
 

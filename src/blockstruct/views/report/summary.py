@@ -15,8 +15,8 @@ from blockstruct.text import report
 from blockstruct.text.mechanism import SMALL, kilonewton, motion_clause, smaller_bodies
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import shown
-from blockstruct.views import figures
-from blockstruct.views.figures.sheet import Drawing
+from blockstruct.views import figures, words
+from blockstruct.views.figures.sheet import Drawing, drawings
 from blockstruct.views.selection import compasses, moving_bodies
 from blockstruct.views.style import BODY_COLOURS
 from blockstruct.vocabulary import FEW, LISTED, CurveDoubt
@@ -55,8 +55,8 @@ def small_picture(result: bs.CaseResult) -> dict[str, str]:
 
     def draw(ax: Axes) -> None:
         _draw(ax, result)
-        for words in list(ax.texts):
-            words.remove()
+        for text in list(ax.texts):
+            text.remove()
         # The blocks fill the picture: neither the push nor the axes have room.
         blocks = max((part.get_datalim(ax.transData) for part in ax.collections), key=lambda box: box.width)
         ax.set(xlim=blocks.intervalx, ylim=blocks.intervaly)
@@ -280,26 +280,32 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
-    name, check = _governing(loaded, checks)
+    name, check = _governing(analysis, loaded, checks)
     if name is None:
-        nothing = dict.fromkeys(("curves", "figures", "notes", "missed"), ()) | dict.fromkeys(("picture", "holds"))
+        nothing = dict.fromkeys(("curves", "figures", "notes", "missed", "response"), ()) | dict.fromkeys(
+            ("picture", "holds")
+        )
         return nothing | {"name": "", "sentence": report.NO_CASE, "between": ""}
     head, result = heads[name], analysis[name]
     begins = beginning_words(result)
     # Those of a check include the notes on the run that it relies on, which may be a variant of the case.
     notes = check.notes if check else cautions(result)
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
+    is_record = result.response is not None
+    what, number = (
+        words.number_words(result) if is_record else (f"{head.answer.name} {head.answer.symbol}", head.number)
+    )
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
-            "what": f"{head.answer.name} {head.answer.symbol}",
-            "number": head.number if check is None else shown(check.verdict.governing.alpha),
+            "what": what,
+            "number": number if check is None else shown(check.verdict.governing.alpha),
             "more": [
                 "NOT SETTLED" * result.drifts,
                 begins,
                 head.range if check is None else report.range_of_ways(check.verdict.alphas),
                 head.bound,
-                f"{head.flow} flow",
+                "" if is_record else f"{head.flow} flow",
             ],
         }
     ]
@@ -325,6 +331,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], has_doubt_note=has_doubt_note),
         "figures": figures,
         "picture": mechanism_picture(relied_motion(check) if check else result),
+        "response": [picture(drawing) for drawing in drawings(result)] if is_record else [],
         "holds": _holds(result, [one for _, one in checks]),
         "missed": _missed([item for item in checks if item[1] is not check]),
         "notes": noted.numbers(name, notes),
@@ -332,7 +339,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
 
 
 def _governing(
-    heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]
+    analysis: bs.Analysis, heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]
 ) -> tuple[str | None, Check | None]:
     """Return the name of the governing case, and its check if that governs."""
     without = [name for name, head in heads.items() if head.status in _WORST_FIRST]
@@ -341,9 +348,10 @@ def _governing(
         return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
         return min(checks, key=lambda item: item[1].verdict.share)
-    # A record that the structure stands has no number.
-    numbered = [name for name, head in heads.items() if head.status is not bs.Status.STANDS] or heads
-    return min(numbered, key=lambda name: heads[name].load_factor, default=None), None
+    # A record that the structure stands has no load factor.
+    if numbered := [name for name, head in heads.items() if head.status is not bs.Status.STANDS]:
+        return min(numbered, key=lambda name: heads[name].load_factor), None
+    return max(heads, key=lambda name: analysis[name].peak_displacement, default=None), None
 
 
 def _holds(result: bs.CaseResult, checks: Sequence[Check]) -> bool | None:
