@@ -101,17 +101,6 @@ def test_a_ratio_that_a_note_relies_on_decides(stem):
     assert check.limit_states["SLD"].capacity == pytest.approx(alpha0 / 1.35 * 9.80665, rel=1e-5)
 
 
-def test_leaving_out_slow_bodies_never_lowers_the_share():
-    """The proof of ``without_next_to_rest``, on bodies at random, some of which move against the push."""
-    random = np.random.default_rng(7)
-    for _ in range(300):
-        W, d = random.lognormal(0, 2, 6), random.uniform(-0.3, 1, 6)
-        mean = W @ d / W.sum()
-        kept = d > mean / 2
-        if mean > 0:
-            assert share(W[kept], d[kept]) >= share(W, d) * (1 - 1e-12)
-
-
 def test_a_sidewall_that_hardly_moves_along_the_push_takes_no_part():
     """With the whole weight of its sidewall, 43 % of all or more, the façade of a corner had e* = 0.40, not 0.69."""
     size = {"unit_length": "1 m", "unit_height": "0.5 m", "thickness": "0.5 m", "material": STONE}
