@@ -215,12 +215,11 @@ def _sum_of(dead: float, pushed: float) -> float:
 def _overlap(moved: MovedProblem, x: Array) -> float:
     """Return the work of contact forces x (K, 3) on the way that closes overlaps, and of crushing so far, J.
 
-    The overlap of cells under their force is no such way. A cell that is crushed in part sinks on the way to it.
+    A cell is crushed, and closes its overlap, up to the overlap under its force.
     """
     cells, unit = moved.contacts.cells, moved.problem.force_unit
-    gap = moved.contacts.gap + moved.of_cells(cells.compliance, 0.0) * unit * x[:, 0]
-    sinks = (gap > 0) & (moved.of_cells(cells.tilt, 0.0) > 0)
-    return cells.work - float(x[:, 0] @ (unit * np.where(sinks, 0.0, gap)))
+    way = moved.contacts.gap + moved.of_cells(cells.compliance, 0.0) * unit * x[:, 0] / 2
+    return cells.work - float(x[:, 0] @ (unit * way))
 
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:

@@ -8,12 +8,12 @@ import scipy.sparse as sp
 
 from blockstruct.arrays import NEGLIGIBLE, Array, Index
 from blockstruct.solvers.interior_point.schur import OPTIONS
-from blockstruct.solvers.step import limited
+from blockstruct.solvers.step import HALVINGS, least_missed, limited
 
 #: Newton iterations of a step.
 ITERATIONS = 200
-#: Most halvings of a Newton step, and iterations in which the limits of friction do not follow the normal forces.
-HALVINGS, HELD = 8, 2
+#: Iterations in which the limits of friction do not follow the normal forces.
+HELD = 2
 #: Number of unknowns up to which a dense matrix is faster than a sparse one.
 DENSE = 60
 
@@ -202,23 +202,14 @@ class Equations:
         return trial
 
     def _changed(self, trial: Trial, enough: float, limit: Array | None = None) -> Trial:
-        """Return the next trial by Newton's method: the share of the change that misses least.
-
-        Shares are halved until the trial misses less than ``enough``, and more than the share before.
-        """
+        """Return the next trial by Newton's method; one that misses less than ``enough`` is sufficient."""
         change = self.system.solved(self.parts, self.M, trial.slope * self.damping[:, None], trial.missed)
         relative, count = self.system.relative(self.parts, change), trial.iterations + 1
-        best = self._at(trial.V + change, trial.v + relative, count, limit)
-        for halving in range(1, HALVINGS + 1):
-            if best.worst < enough / 2:
-                break
-            share = 0.5**halving
-            changed = self._at(trial.V + share * change, trial.v + share * relative, count, limit)
-            if changed.worst < best.worst:
-                best = changed
-            elif best.worst < enough:
-                break
-        return best
+
+        def along(share: float) -> Trial:
+            return self._at(trial.V + share * change, trial.v + share * relative, count, limit)
+
+        return least_missed(along, enough)
 
     def _at(self, V: Array, v: Array, iterations: int, limit: Array | None = None) -> Trial:
         """Return the trial at given velocities, with the given limits of friction (K,) if they wait."""

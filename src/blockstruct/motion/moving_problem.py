@@ -208,7 +208,7 @@ class MovingProblem:
         self.inertia = self._inertia()
         mirror = Mirror.of(problem)
         self._plane = None if mirror is None else mirror.normal
-        self.compliance = COMPLIANCE * statics.length / float(problem.wrench_unit.mean())
+        self.compliance = COMPLIANCE * statics.length / float(np.linalg.norm(problem.wrench_unit))
         self.cells = self.structure.cells(ELASTIC * statics.length)
 
     @property

@@ -281,15 +281,15 @@ class PushoverPath:
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks may
         leap in it.
         """
-        step = self._planned(placement, twist, way, memory)
+        step, missed = self._planned(placement, twist, way, memory), np.inf
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
             found = self._completed(step.moved, solved, inertia_time)
             jams, broken = self._jams(solved), self._until_broken(found)
             share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
-            if found.energy_error > SLIGHT:
-                # A shorter step misses less work, unless blocks drop or meet.
-                share = min(share, SHORTER)
+            if SLIGHT < found.energy_error < MOSTLY * missed:
+                # A shorter step may miss less work, unless the motion before has missed it.
+                share, missed = min(share, SHORTER), found.energy_error
             if time <= step.least or (share == 1 and not jams):
                 leaps = time <= step.least and self._way(found) > SHORTER * step.way
                 return None if jams else found, jams or leaps

@@ -1,6 +1,8 @@
 """One step of rigid blocks with elastic contacts, friction, ties and inertia."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,10 +15,9 @@ from blockstruct.solvers.anderson import accelerate
 from blockstruct.solvers.interior_point.schur import OPTIONS
 from blockstruct.solvers.splitting import FOLLOWS, LEAST, RELAXED, dot, factorised, norm
 
-#: Most Newton iterations.
-ITERATIONS = 8
-#: Number of recent values that a new one is compared with: residuals, of which the largest must not be exceeded; works
-#: and lengths of the steps of a motion. Halvings of a change of Newton's method.
+#: Most Newton iterations of a step, and halvings of a change.
+ITERATIONS, HALVINGS = 25, 8
+#: Number of recent steps of a motion whose works and lengths a new one is compared with.
 RECENT = 4
 #: Refinements of each linear solution. Only inertia resists a mechanism.
 REFINEMENTS = 2
@@ -306,6 +307,19 @@ def unmoved(step: StepProblem) -> tuple[Array, Array]:
     return force, stiffness
 
 
+class _State(NamedTuple):
+    """Displacements and a load factor, the forces within their limits and the entries of their derivatives.
+
+    ``worst`` is the largest error of equilibrium.
+    """
+
+    u: Array
+    alpha: float
+    kept: Array
+    slope: Array
+    worst: float
+
+
 class _Newton:
     """Newton's method for the displacements and the load factor of a step.
 
@@ -351,25 +365,25 @@ class _Newton:
 
     def solve(self, u: Array, alpha: float) -> StepSolution | None:
         """Solve from displacements and a load factor; return None if the method does not converge."""
-        kept, slope = self._limited(self._trial(u))
-        recent = [np.inf]
+        trial = self._at(u, alpha)
         for _ in range(ITERATIONS):
-            more, rise = self._direction(u, alpha, kept, slope)
-            for halving in range(RECENT + 1):
-                at = u + 0.5**halving * more, alpha + 0.5**halving * rise
-                kept, slope = self._limited(self._trial(at[0]))
-                missed = self._missed(*at, kept)
-                size = float(np.linalg.norm(missed))
-                if size <= max(recent[-RECENT:]):
-                    break
-            else:
+            changed = least_missed(self._along(trial), trial.worst)
+            if not changed.worst < trial.worst:
                 return None
-            u, alpha = at
-            recent.append(size)
-            if np.abs(missed).max() <= ROUNDING:
-                x, T = kept[: 3 * self._K].reshape(-1, 3), kept[3 * self._K :]
-                return StepSolution(x, T, u, float(alpha), self.iterations)
+            trial = changed
+            if trial.worst <= ROUNDING:
+                x, T = trial.kept[: 3 * self._K].reshape(-1, 3), trial.kept[3 * self._K :]
+                return StepSolution(x, T, trial.u, float(trial.alpha), self.iterations)
         return None
+
+    def _along(self, trial: "_State") -> Callable[[float], "_State"]:
+        """Return trials by the share of a Newton change."""
+        more, rise = self._direction(trial.u, trial.alpha, trial.kept, trial.slope)
+        return lambda share: self._at(trial.u + share * more, trial.alpha + share * rise)
+
+    def _at(self, u: Array, alpha: float) -> "_State":
+        kept, slope = self._limited(self._trial(u))
+        return _State(u, alpha, kept, slope, float(np.abs(self._missed(u, alpha, kept)).max()))
 
     def _trial(self, u: Array) -> Array:
         """Return the forces of contacts and ties without limits."""
@@ -407,6 +421,42 @@ class _Newton:
         T = trial[3 * K :]
         pulls = np.clip(T, 0.0, problem.ties.capacity)
         return np.concatenate([kept.ravel(), pulls]), np.concatenate([slope.ravel(), (pulls == T).astype(float)])
+
+
+class Trial(Protocol):
+    """A trial of Newton's method, and its largest error."""
+
+    @property
+    def worst(self) -> float:
+        """Largest error."""
+
+
+_AnyTrial = TypeVar("_AnyTrial", bound=Trial)
+
+
+def least_missed(at: Callable[[float], _AnyTrial], enough: float) -> _AnyTrial:
+    """Return the trial with the share of a change that misses least.
+
+    Shares are halved until a trial misses less than half of ``enough``, or less than ``enough`` and more than the one
+    before.
+
+    Parameters
+    ----------
+    at
+        Returns the trial with a share of the change.
+    enough
+        Error of the trial without the change.
+    """
+    best = at(1.0)
+    for halving in range(1, HALVINGS + 1):
+        if best.worst < enough / 2:
+            break
+        changed = at(0.5**halving)
+        if changed.worst < best.worst:
+            best = changed
+        elif best.worst < enough:
+            break
+    return best
 
 
 def limited(free: Array, friction: Array, strength: Array | float, limit: Array | None = None) -> tuple[Array, Array]:

@@ -55,7 +55,7 @@ class PlacedCells(NamedTuple):
     lost : (C,) array, m
         Largest depth that each cell has lost.
     work : float, J
-        Work that crushing has dissipated so far.
+        Work that crushed whole cells so far.
     """
 
     point: Array
@@ -225,7 +225,6 @@ class MovingCells:
         whole = np.where(known, sinks, np.maximum(tilt + overlap * self.elastic, 1e-300))
         share = np.where(known, share, overlap)
         shift = ((1 - share) * tilt / whole)[:, None] * half
-        sunk = np.minimum(overlap, share)
         return PlacedCells(
             point=centre + np.einsum("kij,kj->ki", turn, shift),
             gap=gap,
@@ -235,8 +234,8 @@ class MovingCells:
             distance=distance,
             tilt=tilt / sinks,
             slope=slope,
-            lost=depth + sunk * tilt,
-            work=float(self.strength @ (depth + sunk**2 * tilt / 2)),
+            lost=depth + np.minimum(overlap, share) * tilt,
+            work=float(self.strength @ depth),
         )
 
     def after(self, before: Crushed, force: Array, position: Array, rotation: Array) -> Crushed:
