@@ -233,18 +233,6 @@ def test_tie_that_breaks():
     assert curve["energy_error"].max() < 1e-4
 
 
-def test_tie_that_is_slack():
-    """One that was 0.02 m longer than it is pulls again where it has been; beyond its limit it never does."""
-    model = block_on_a_bar("0.05 m")
-    case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)))
-    statics = Statics.of(model)
-    moving = MovingProblem(statics, LimitProblem.of(statics, case), case)
-    at = Placement.of(model)
-    assert moving.at(at, 0.01, *2 * [np.array([2.02])]).slack == pytest.approx(0.02)
-    assert moving.at(at, 0.01, *2 * [np.array([2.0])]).slack == pytest.approx(0)
-    assert len(moving.at(at, 0.01, *2 * [np.array([2.051])]).problem.ties) == 0
-
-
 def test_a_block_that_nothing_is_near():
     """One that has fallen off its support has no contact points, and is none that ends a run with an error."""
     blocks, joint = single_block(0.3, 1.5)
