@@ -35,14 +35,11 @@ def test_the_branches_of_the_spectrum_by_hand():
     assert site.acceleration(TC, 0.5) == pytest.approx(0.55 * site.acceleration(TC))
 
 
-def test_topography_and_given_coefficients():
+def test_topography():
     flat = bs.assess.ntc_spectrum(**SITE)
     for topography, ST in (("T1", 1.0), ("T2", 1.2), ("T3", 1.2), ("T4", 1.4)):
         steep = bs.assess.ntc_spectrum(**SITE, topography=topography)
         np.testing.assert_allclose(steep.acceleration([0, 0.2, 3]), ST * flat.acceleration([0, 0.2, 3]))
-    site = bs.assess.ntc_spectrum(**SITE, SS=1.33, CC=1.5, ST=1.1)
-    assert pytest.approx((1.33 * 1.1, 0.45)) == (site.S, site.TC)
-    assert sum("(given)" in line.formula for line in site.lines()) == 3
     rock = bs.assess.ntc_spectrum(**SITE | {"soil": "A"})
     assert "S_S = 1.00" in [line.formula for line in rock.lines()]
 
@@ -163,8 +160,10 @@ def mode(participation=1.3, shape=0.9, **more):
         (lambda: site(Tc="5 s"), "Tc 5 s"),
         (lambda: site(soil="F"), "known are A, B, C, D, E"),
         (lambda: site(topography="flat"), "known are T1"),
-        (lambda: site(SS=-1), "SS -1"),
-        (lambda: site(CC=10, Tc="0.6 s"), r"T_C = C_C Tc\* = 6 s is beyond T_D = 2.2 s; give a Tc\*"),
+        (
+            lambda: site(ag="0.01 g_0", Tc="2 s"),
+            r"T_C = C_C Tc\* = 1.915 s is beyond T_D = 1.64 s; give a Tc\*",
+        ),
         (lambda: site().acceleration(1.0, 8), "damping 8; give a ratio"),
         (lambda: table([0, 1], [1, 2, 3]), "as many"),
         (lambda: table([0.1, 1], [1, 2]), "rise from 0"),

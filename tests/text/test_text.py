@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import blockstruct as bs
 from blockstruct.limit import Outcome
 from blockstruct.text import assessment as a
 from blockstruct.text import assumptions as assumptions_text
@@ -13,9 +14,10 @@ from blockstruct.text import case as case_text
 from blockstruct.text import mechanism as mechanism_text
 from blockstruct.text import note as note_text
 from blockstruct.text import report, study
+from blockstruct.text.headline import Headline
 from blockstruct.text.note import NoteCode
 from blockstruct.text.numbers import LOAD_FACTOR, Answer
-from blockstruct.vocabulary import CurveDoubt, PathEnd, Procedure, Reason, SolverStatus, Status
+from blockstruct.vocabulary import CurveDoubt, Flow, PathEnd, Procedure, Reason, SolverStatus, Status
 
 REACTION = Answer("reaction", "R", "force", -1e3)
 FIRST, INF = (Status.CONVERGED, 0.5, Reason.CERTIFIED), np.inf
@@ -24,6 +26,10 @@ DRIFTING = Outcome(*FIRST, Procedure.LOADING_PATH)
 STANDS_IN = Outcome(*FIRST, Procedure.FICTITIOUS, settled=True, path_end=PathEnd.LIMIT_REACHED)
 RAISED = Outcome(*FIRST, Procedure.LOADING_PATH, drift=(0.6, 0.6), without_crushing=0.5)
 UNBOUNDED = Outcome(Status.UNBOUNDED, INF, Reason.GROWS_WITHOUT_LIMIT)
+
+
+def headline(outcome):
+    return Headline(outcome, Flow.NONASSOCIATIVE)
 
 
 def caveats(outcome, answer=LOAD_FACTOR, bound=1.0, jammed=(), *, is_searched=True):
@@ -90,7 +96,6 @@ MOMENT = Answer("reaction", "R", "moment")
 VARIES = Outcome(Status.NOT_CONVERGED, np.nan, Reason.NEVER_SETTLES, drift=(0.385, 0.4017))
 DOUBTS = (0.01, 0.02), (0.3, 0.4), 0.02
 A_G = ("0.1235 g", "0.15 g")
-LENGTHENS = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
 
 
 def least_ties(force, status="solved", what="load factor", *, flow=False, proven=False):
@@ -99,8 +104,8 @@ def least_ties(force, status="solved", what="load factor", *, flow=False, proven
 
 
 SENTENCES = [
-    *(case_text.doubtful_part(doubt, *DOUBTS, "fictitious", has_ties=True) for doubt in CurveDoubt),
-    case_text.doubtful_part(CurveDoubt.RISES, *DOUBTS, "loading path", has_ties=False),
+    *(str(case_text.DoubtfulPart(doubt, *DOUBTS, "fictitious", has_ties=True)) for doubt in CurveDoubt),
+    str(case_text.DoubtfulPart(CurveDoubt.RISES, *DOUBTS, "loading path", has_ties=False)),
     least_ties(5e3, flow=True, proven=True),
     least_ties(np.nan, "infeasible", "dead load", flow=True),
     least_ties(np.nan, "failed", flow=True),
@@ -108,7 +113,7 @@ SENTENCES = [
     least_ties(5e3, flow=True),
     least_ties(5e3, proven=True),
     least_ties(5e3, what="both", flow=True),
-    mechanism_text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **LENGTHENS),
+    mechanism_text.tie_sentence("left", 4e4, 4e4, "yield", "yielding", 0.5, 0.03, 0.06),
     a.state_outcome("SLV, linear", np.nan, satisfied=False),
     a.state_outcome("SLV, linear", 1.2, satisfied=True),
     a.state_outcome("SLV, linear", 0.9, satisfied=True),
@@ -119,8 +124,8 @@ SENTENCES = [
     a.unit_sizes("load factor", [1.2, 0.6, 0.4], [0.327, 0.294, 0.277], 0.2545, 0.003),
     a.building_interrupted(["push +x"], None),
     a.building_interrupted([], "b.h5"),
-    case_text.sentence(VARIES, LOAD_FACTOR),
-    case_text.sentence(replace(VARIES, reason=Reason.JAMS), LOAD_FACTOR),
+    headline(VARIES).text(),
+    headline(replace(VARIES, reason=Reason.JAMS)).text(),
     report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=1, checks=0),
     report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=3, checks=2),
     report.no_number("x", Status.COLLAPSES, LOAD_FACTOR, cases=2, checks=0),
@@ -161,10 +166,10 @@ def test_every_end_has_its_sentence():
     for status in Status:
         for reason in Reason:
             outcome = Outcome(status, 0.3, reason, Procedure.FICTITIOUS, path_end=PathEnd.CLOSED)
-            assert case_text.why(outcome, LOAD_FACTOR)
-            assert case_text.sentence(outcome, LOAD_FACTOR)
-        assert case_text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
-    ends = {case_text.sentence(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end), LOAD_FACTOR) for end in PathEnd}
+            assert headline(outcome).why
+            assert headline(outcome).text()
+        assert case_text.certificate_sentence(None, status).endswith(".")
+    ends = {headline(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end)).text() for end in PathEnd}
     assert len(ends) == len(PathEnd)
 
 
@@ -177,10 +182,11 @@ def test_every_end_has_its_sentence():
     ],
 )
 def test_assumptions_on_corners(small_model, radii, words):
-    flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
-    corners = {f"push {k}": radius for k, radius in enumerate(radii)}
-    scope = assumptions_text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
-    (sentence,) = [
-        s for s in assumptions_text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s
+    dead, pushed = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
+    cases = [
+        bs.Pushover(f"push {k}", dead, pushed, control=("1.1", (1, 0, 0)), corner_rounding=f"{radius} m")
+        for k, radius in enumerate(radii)
     ]
+    sentences = assumptions_text.assumption_sentences(small_model, cases, has_curve=True)
+    (sentence,) = [s for s in sentences if "finite displacements" in s]
     assert sentence.endswith(words)

@@ -15,10 +15,11 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from blockstruct.arrays import NEGLIGIBLE
-from blockstruct.errors import ModelError, UnitError, UnknownNameError, made_again, shown
+from blockstruct.errors import ModelError, UnitError, check_known, made_again, shown
 from blockstruct.model import Case, Model, checked_name, checked_text, checked_tuple
 from blockstruct.notebook import html_table, in_notebook
-from blockstruct.results.case_result import CaseResult, Headline
+from blockstruct.results.case_result import CaseResult
+from blockstruct.text.headline import Headline
 from blockstruct.units import Q_, in_si, parse
 from blockstruct.vocabulary import LISTED, Flow, Procedure, Status, counted
 
@@ -358,9 +359,7 @@ class Analysis(Mapping[str, CaseResult]):
         return evolve(self, **changes)
 
     def __getitem__(self, name: str) -> CaseResult:
-        if name not in self.results:
-            msg = f"analysis of {self.model.name!r}: no case {name!r}; it has {', '.join(self.results) or 'none'}"
-            raise UnknownNameError(msg)
+        check_known(name, self.results, f"analysis of {self.model.name!r}: no case")
         return self.results[name]
 
     def __iter__(self) -> Iterator[str]:

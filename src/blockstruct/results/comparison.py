@@ -12,8 +12,8 @@ import xarray as xr
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.history import motions_in
 from blockstruct.results.interfaces import at_points
-from blockstruct.results.mechanism import motion_of
 from blockstruct.text.note import EFFECT
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
@@ -142,7 +142,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             row[f"curve_ended{suffix}"] = "" if outcome is None else outcome.end.value
         if first is not None and second is not None:
             row["force_difference"] = _state_difference(first, second, lambda last: at_points(last, "contact_force"))
-            motions = (lambda last: at_points(last, "relative_velocity")), motion_of
+            motions = (lambda last: at_points(last, "relative_velocity")), motions_in
             row["mechanism_difference"] = max(_state_difference(first, second, motion) for motion in motions)
             row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(first.settings.flat, second.settings.flat)

@@ -122,7 +122,5 @@ def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:
 
 
 def certificate_words(result: bs.CaseResult) -> str:
-    """Return the sentence on the certificate of a result, with its measures."""
-    return case_text.certificate_sentence(
-        result.certificate, result.status, result.answer, has_ties=bool(result.model.ties)
-    )
+    """Return the sentences on the certificate of a result, with its measures."""
+    return case_text.certificate_sentence(result.certificate, result.status)

@@ -72,7 +72,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         size = _STRUCTURE if of_structure else _DIAGRAM
         drawings.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
 
-    if np.isfinite(last["block_velocity"]).all():
+    if result.moves:
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism)
     plain = (bs.SelfWeight, bs.BodyForce)
     if not all(isinstance(load, plain) for p in result.case.patterns for load in p.loads):
@@ -152,9 +152,7 @@ def write_figures(
     StorageError
         If the folder cannot be written to.
     """
-    if file_format not in _FORMATS:
-        msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"
-        raise bs.errors.ModelError(msg)
+    bs.errors.check_known(file_format, _FORMATS, "write_figures: format")
     named = _file_names([r.name for r in shown_results(analysis)])
     sheets = {named[r.name]: drawings(r, look=look) for r in shown_results(analysis)}
     if not any(sheets.values()):
