@@ -181,7 +181,7 @@ def test_house(tmp_path, done):
     assert check.alpha0 == pytest.approx(0.0872, rel=1e-2)
     assert verdict.ratio == check.ratio == found.table["ratio"].min()
     assert verdict.satisfied
-    text = check.limit_state.ratio_text()
+    text = check.verdict.state.ratio_text()
     assert f"capacity / demand = {text}, satisfied" in str(found)
     assert f"relied on: SLV, linear: capacity / demand = {text}, satisfied" in str(check)
     page = report_html(found.analysis, checks=found.checks.values())

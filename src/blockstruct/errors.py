@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import partial
 from inspect import signature
+from textwrap import shorten
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -168,7 +169,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     near = [name for name in known if word and name.startswith(word)]
     # The search for similar words is slower for longer words.
     near = near or get_close_matches(word[:100], known, cutoff=0.7)
-    return f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known) or 'none'}"
+    listed = shorten(", ".join(known), 10 * _REPR.maxother, placeholder=" …")
+    return f"did you mean {' or '.join(near)}?" if near else f"known are {listed or 'none'}"
 
 
 def check_known(name: Any, known: Iterable[str], what: str) -> None:

@@ -182,7 +182,7 @@ def test_one_page_has_the_table_and_the_number(found, no_pictures):
 
     sizes = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"])
     page = report_html(found.analysis, checks=found.checks.values(), unit_sizes=sizes)
-    assert page.count(f"<b>{found.governing.limit_state.ratio_text()}</b>") == 1
+    assert page.count(f"<b>{found.governing.verdict.state.ratio_text()}</b>") == 1
     assert "A fine bond would give about" in page.replace("\u00a0", " ")
 
 

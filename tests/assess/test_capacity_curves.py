@@ -37,7 +37,7 @@ def test_a_tie_that_breaks_by_hand():
     curve = check.curve
     ((d, loss),) = curve.losses
     assert (d, loss) == pytest.approx((moved, of_tie / (197.2 / 972)), rel=1e-5)
-    assert check.limit_state.capacity == pytest.approx(moved, rel=1e-6)
+    assert check.verdict.state.capacity == pytest.approx(moved, rel=1e-6)
     assert curve.at(d) == pytest.approx((free + of_tie) * g / 1.35, rel=1e-5)
     assert curve.at(d * 1.000001) == pytest.approx(free * g / 1.35, rel=1e-4)
     assert curve.d0 == pytest.approx(0.3, rel=1e-5)
@@ -94,7 +94,7 @@ def test_ties_that_break_together_are_one_loss(of):
         model = tied(breaks_at=0.1, force=20 / bars, bars=bars)
         result = run(model) if of == "straight" else pushed_over(model)
         check = checked(result, method="displacement")
-        d_SLV.append(check.limit_state.capacity)
+        d_SLV.append(check.verdict.state.capacity)
         assert d_SLV[-1] < 0.4 * check.curve.d0 * 0.6
     assert d_SLV[1] == pytest.approx(d_SLV[0], rel=1e-6)
 
@@ -107,7 +107,7 @@ def test_the_loss_of_a_tie_in_a_pushover_does_not_depend_on_its_steps():
     for steps in (8, 30):
         found = checked(pushed_over(tied(0.1, 19), steps), method="displacement")
         assert max(lost for _, lost in found.curve.losses) == pytest.approx(loss, abs=3e-3)
-        assert found.limit_state.capacity == pytest.approx(0.4 * found.curve.d0)
+        assert found.verdict.state.capacity == pytest.approx(0.4 * found.curve.d0)
 
 
 def prism(base, height, angle, **joint):
@@ -292,10 +292,10 @@ def test_the_check_of_a_pushover_whose_tie_breaks():
     """As in :func:`test_a_tie_that_breaks_by_hand`; without a limit of the tie there is no curve to rely on."""
     by_hand, result = run(tied(breaks_at=0.1)), pushed_over(tied(breaks_at=0.1))
     by_hand, found = (checked(of, method="displacement") for of in (by_hand, result))
-    assert found.limit_state.capacity == pytest.approx(by_hand.limit_state.capacity, rel=1e-2)
+    assert found.verdict.state.capacity == pytest.approx(by_hand.verdict.state.capacity, rel=1e-2)
     assert found.ratio == pytest.approx(by_hand.ratio, rel=2e-2)
     # The whole loss is where the bar breaks: just beyond it, the curve is that without the bar, and not above it.
-    at = found.limit_state.capacity * (1 + 1e-2)
+    at = found.verdict.state.capacity * (1 + 1e-2)
     assert 0.9 < found.curve.at(at) / by_hand.curve.at(at) < 1.001
     # And the one that is drawn.
     (before, after), *_ = result.broken_ties[["load factor before", "load factor after"]].to_numpy()
@@ -327,7 +327,7 @@ def test_a_control_point_near_the_hinge_has_a_note(result):
         assert ("control_point" in codes(check)) == has_note
     state = check.limit_states["SLV, by displacement"]
     straight = checked(result).limit_states[state.name]
-    relied = checked(check.result, method="displacement").limit_state
+    relied = checked(check.result, method="displacement").verdict.state
     assert (relied.capacity, relied.ratio) == pytest.approx((0.12, straight.ratio), rel=6e-3)
     assert state.ratio > 1.15 * straight.ratio
 

@@ -42,7 +42,9 @@ def test_a_tie_breaks_at_the_first_angle_of_its_limit(result):
     ends = np.array([2.5, 0.3, 5]), np.array([2.5, 0, -1])
     below, beyond = (Pull("bar", *ends, 1e3, part * longest) for part in (0.99, 1.01))
     angle = hand.rotation.breaks(below)
-    assert hand.rotation.elongation(below, angle) == pytest.approx(below.limit, rel=1e-9)
+    arm = below.towards - below.anchor
+    longer = np.linalg.norm(arm - hand.rotation.moved(below.anchor, angle)) - np.linalg.norm(arm)
+    assert longer == pytest.approx(below.limit, rel=1e-9)
     assert angle == pytest.approx(np.arctan(0.3 / 5) * 0.9, rel=1e-3)
     assert hand.rotation.breaks(beyond) == np.inf
 

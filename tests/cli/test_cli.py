@@ -294,13 +294,16 @@ def test_a_view_never_replaces_its_input(fails, file, tmp_path):
 
 
 def test_analyses_and_pipes_are_no_targets(fails, file, tmp_path):
-    other, pipe = shutil.copy(file, tmp_path / "other.csv"), tmp_path / "pipe.csv"
-    os.mkfifo(pipe)
-    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
-        for command in (("view", file, "-o", target), ("history", file, "push nonassociative", "--csv", target)):
-            fails(f"cannot be written ({words}", *command)
-    assert pipe.is_fifo()
-    assert other.read_bytes() == file.read_bytes()
+    for suffix, command in (
+        (".html", ("view", file, "-o")),
+        (".csv", ("history", file, "push nonassociative", "--csv")),
+    ):
+        other, pipe = shutil.copy(file, tmp_path / f"other{suffix}"), tmp_path / f"pipe{suffix}"
+        os.mkfifo(pipe)
+        for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
+            fails(f"cannot be written ({words}", *command, target)
+        assert pipe.is_fifo()
+        assert other.read_bytes() == file.read_bytes()
 
 
 def test_names_that_the_output_cannot_carry_are_escaped(document):

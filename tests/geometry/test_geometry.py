@@ -78,7 +78,7 @@ def test_slivers_and_contacts_of_supports_are_reported(dry):
     assert [s[:2] for s in report.slivers] == [("a", "b")]
     assert report.between_supports == (("g0", "g1"),)
     assert report.untouched == ("b", "g1")
-    assert "sliver left out: a | b" in str(report)
+    assert "sliver left out: 1\n  a | b" in str(report)
 
 
 def test_overlap_depth_of_convex_blocks():

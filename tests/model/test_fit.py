@@ -179,7 +179,7 @@ def test_the_recommended_area_tolerance_removes_slivers():
     (sliver,) = report.accepted_slivers
     assert {sliver.minus, sliver.plus} == {"p0", "p2"}
     assert (sliver.area, report.sliver_tolerance) == pytest.approx((2e-4, 2.1e-4))
-    assert "an area tolerance of 0.00021 m^2 leaves them out" in str(report)
+    assert "an area tolerance of 0.00021 m² leaves them out" in str(report)
     table = report.table()
     assert table.loc[table["finding"] == "accepted sliver", "area"].item() == sliver.area
     without = bs.detect_interfaces(blocks, DRY, area_tolerance=Q_(report.sliver_tolerance, "m^2"))

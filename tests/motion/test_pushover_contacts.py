@@ -61,11 +61,7 @@ def test_blocks_that_come_towards_each_other_meet():
 
 @pytest.mark.parametrize(("walls", "friction", "steps"), [(1, 0.6, 20), (1, 0.3, 40), (2, 0.6, 20)])
 def test_a_panel_slides_along_walls_beside_it(walls, friction, steps):
-    """Its curve is that of a panel that stands free, but for what its collapse state presses it to the wall with.
-
-    That is self-stress between the wall and friction on the ground, which a rigid panel keeps, and rubs by. Halfway, or
-    at a load factor of zero, it came to states in which it jams: 0.68 m instead of 0.25 m.
-    """
+    """The curve is that of a free panel, but for the self-stress that presses it to the wall in its collapse state."""
     blocks = [
         box("ground", [-3, -4, -0.5], [10, 8, 0.5], fixed=True),
         box("panel", [0, 0, 0], [4, 0.5, 3]),
@@ -110,10 +106,7 @@ def test_the_unit_of_the_variable_load_changes_nothing():
 
 @pytest.mark.parametrize("slope", [29, 31])
 def test_a_sharp_toe_meets_a_stop(slope):
-    """A wedge, 1 m long and h = tan(slope) high, slides with α = μ, then turns on its toe: α = tan(atan(2/h) − θ).
-
-    Below 30 degrees no face of it looked at the stop, and the toe went through.
-    """
+    """A wedge, 1 m long and h = tan(slope) high, slides with α = μ, then turns on its toe: α = tan(atan(2/h) − θ)."""
     h = np.tan(np.radians(slope))
     blocks = [
         box("ground", [-2, 0, -0.5], [3.1, 1, 0.5], fixed=True),
@@ -164,11 +157,7 @@ def test_a_block_climbs_a_ramp(slope, steps):
 
 @pytest.mark.parametrize("slope", [60, 65, 75])
 def test_an_edge_meets_the_ridge_of_a_roof(slope):
-    """The edge of an overhang, 2 m high and 0.7 m before the hinge, comes down on a ridge across it, 1.95 m high.
-
-    It is there at 2 cos θ − 0.7 sin θ = 1.95. Faces as steep as these looked away from the one above as it tilted, and
-    the overhang went through.
-    """
+    """An edge 2 m high, 0.7 m before the hinge, comes down on a ridge 1.95 m high, at 2 cos θ − 0.7 sin θ = 1.95."""
     outline = [[0, 0], [0.5, 0], [0.5, 2], [1.2, 2], [1.2, 2.3], [0, 2.3]]
     h = 3 * np.tan(np.radians(slope))
     ridge = [[x, y, z] for x in (0.75, 3) for y, z in ((0.5, 1.95), (-2.5, 1.95 - h), (3.5, 1.95 - h))]
@@ -234,10 +223,7 @@ def test_no_curve_where_the_interface_leaves_out_corners_of_faces(corners, alpha
 
 
 def test_a_curve_where_blocks_press_along_an_edge_that_they_share():
-    """A unit pulled out of a wall leans on a block that it touches along an edge: no interface can be given there.
-
-    The wall above may rest on the unit or next to it, so the curve begins above the collapse state.
-    """
+    """A unit pulled out of a wall leans on a block that it touches along an edge: no interface can be given there."""
     blocks = [
         box("ground", [-3, -3, -0.5], [9, 9, 0.5], fixed=True),
         *(box(name, [x, 0, 0], [length, 0.4, 0.4]) for name, x, length in (("a", -0.6, 0.3), ("c", 0.5, 0.3))),

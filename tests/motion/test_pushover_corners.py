@@ -40,10 +40,7 @@ def case_of(model, direction, **more):
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0)])
 @pytest.mark.parametrize("friction", [0.5, 0.65])
 def test_a_notched_block(friction, direction):
-    """The curve begins at the load factor of the loading path and continues from there.
-
-    At the top of the riser the tread has a contact point as well. Each must remember only its own force.
-    """
+    """At the top of the riser the tread has a contact point as well: each remembers its own force only."""
     model = notched(friction)
     result = bs.run(model, case_of(model, direction))["push"]
     curve = result.capacity["load_factor"].to_numpy()
@@ -117,11 +114,7 @@ def linkage(blocks, hinges, angle):
     ],
 )
 def test_a_curve_goes_on_behind_a_leap(voussoirs, hinges, steps):
-    """The hinge between pier and first voussoir leaps to the next joint, and the voussoir drops back onto the pier.
-
-    Before and behind, the load factor is that of a four-bar linkage. The drop, of some percents of a block, was said to
-    be a fall under the dead load alone, or not found at all: the steps asked for decided on it.
-    """
+    """A hinge leaps to the next joint: the load factor is that of a four-bar linkage before, and of another after."""
     blocks = bs.structures.arch_on_piers(
         span="2.4 m",
         thickness="0.45 m",

@@ -74,10 +74,7 @@ def test_a_block_turns_about_the_end_of_its_stress_block(rocking):
 
 
 def test_the_lost_depth_grows_from_the_end_of_the_stress_block(rocking):
-    """A point at x from there is crushed by ``x sin θ``; each cell by the depth at its centre.
-
-    While steps double, cells that are crushed in part sink later, by 0.03 mm.
-    """
+    """A point at x from there is crushed by ``x sin θ``; each cell by the depth at its centre."""
     curve, a = rocking.capacity, 9e3 / 0.5e6
     late = turned(curve, "block") > 1e-2
     edge = curve["crushed_depth"].max("cell").to_numpy()[late]

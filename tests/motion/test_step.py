@@ -52,10 +52,7 @@ def step_of(moving, there, inertia, **more):
 
 @pytest.mark.parametrize(("height", "falls"), [(1.0, 0.02), (0.05, 0.02), (0.01, 0.01)])
 def test_a_block_falls_until_it_rests(height, falls):
-    """In a time h with g h² = 20 mm: by 20 mm, or by 10 mm onto the ground, whose reaction is half of the weight.
-
-    A metre above the ground there are no contacts at all.
-    """
+    """In a time h with g h² = 20 mm: by 20 mm, or by 10 mm onto the ground, whose reaction is half of the weight."""
     moving, there = at(model_of(*single_block(0.3, 1.5)), (1, 0, 0), height)
     problem = there.problem
     step = step_of(moving, there, STANDARD_GRAVITY / 0.02)

@@ -104,10 +104,7 @@ def test_mass_proportional_loads_of_any_share():
 
 @pytest.mark.parametrize("friction", [1.0, 1.3, 1.7, 2.5, 5.0])
 def test_fictitious_conditions_agree_with_the_path_at_any_friction(friction):
-    """Wedged by the dilatancy of the associative program, they drifted from 1 on and settled at 1.5 from 2.5 on.
-
-    The load factor is that of a friction of 0.6.
-    """
+    """The load factor is that of a friction of 0.6; dilatancy of the first program must not wedge the wall."""
     model, _ = wall(6, friction)
     names = ("fictitious", "loading path")
     fictitious, path = (solve(model, push(1, 0, 0), "nonassociative", procedure=name) for name in names)

@@ -186,10 +186,7 @@ def test_fictitious_conditions_stand_in_where_no_path_finishes(small_model, monk
 
 
 def two_blocks_in_turn(ratio):
-    """A block that slides at half of the load factor, and pushes another one on a soft joint.
-
-    Friction of 0.5 under two blocks of 10 kN each, and a load of 10 kN on the first one.
-    """
+    """A block that slides at half of the load factor, and pushes another one on a soft joint."""
     ground = box("ground", [-1, -1, -0.5], [4, 3, 0.5], fixed=True)
     a, b = (box(n, [x, 0, 0], [1, 1, 0.5]) for n, x in (("a", 0), ("b", 1)))
     soft, stiff = (
@@ -248,11 +245,7 @@ def test_drift_is_the_range_of_the_last_load_factors(corner, dry):
 
 
 def test_two_leaves_with_a_collar_between_each_alone_and_the_bound():
-    """Without dilatancy a collar joint holds no more than what the dead load presses its leaves together with.
-
-    Each leaf alone rocks at thickness over height, 0.1. Leaves that part as they slide along the collar press on each
-    other as they tilt, and carry 0.1273.
-    """
+    """A collar joint without dilatancy adds nothing to leaves that rock at t / h = 0.1; the bound is 0.1273."""
     ground, joint = box("ground", [-1, -1, -0.5], [3, 3, 0.5], fixed=True), bs.JointMaterial("joint", 0.7)
     one, other = ([box(f"{y}.{k}", [0, y, 0.2 * k], [1, 0.2, 0.2]) for k in range(10)] for y in (0, 0.2))
     assert exact(along_path(model_of([ground, *one], joint), push(0, 1, 0))) == pytest.approx(0.1, rel=1e-5)
@@ -318,11 +311,7 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
 
 @pytest.mark.slow
 def test_a_large_wall_ends_where_tight_steps_lead(monkeypatch, tuff, dry):
-    """2,430 bricks in running bond: the last step with five times the patience is within 0.3 %.
-
-    Closing such a path may lose 0.4 %: the mechanism with friction frozen at its last step is another one. Without
-    acceleration of the steps its forces swing for ever, and the load factor between 0.397 and 0.407.
-    """
+    """2,430 bricks in running bond: the last step with five times the patience is within 0.3 %."""
     model = model_of(bonded(40, 60, material=tuff), dry)
     found = along_path(model, push(1, 0, 0))
     assert found.settled

@@ -156,10 +156,7 @@ def test_blocks_that_others_hang_on_are_not_told():
 
 @pytest.mark.parametrize("load", [(0, 1, 0), (1, 0, 0)], ids=["along the jambs", "against a jamb"])
 def test_a_jammed_block_is_told_beside_one_that_bounds_the_load(load):
-    """Friction on the ground stops it at 0.65; jambs may add any. A pier that rocks at 1 hid that nothing bounds it.
-
-    Pushed against a jamb, which friction has no part in, it stands.
-    """
+    """Friction on the ground stops it at 0.65; jambs may add any. A pier that rocks at 1 hid that nothing bounds it."""
     joints = {"ground|squat": bs.JointMaterial("rough", 1.5), "*": bs.JointMaterial("dry", 0.65)}
     model = beside(cube("stuck", 0), cube("squat", 10), jambs=1.0, joint=joints)
     with warnings.catch_warnings(record=True) as caught:

@@ -217,5 +217,5 @@ def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call, fa
     assert f"{curve['position'][-1, 1, 2].item():.6f}" in call(*words, "--variable", "position", "--last")[1]
     call(*words, "--csv", tmp_path / "states.csv")
     np.testing.assert_allclose(pd.read_csv(tmp_path / "states.csv")["displacement [meter]"], curve["displacement"])
-    fails("it has load_factor", *words, "--variable", "colour")
+    fails("known are load_factor", *words, "--variable", "colour")
     fails("leave it", *words, "--interface", "a|b")

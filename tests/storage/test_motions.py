@@ -14,7 +14,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseStarted, StateDone, StepDone
 from blockstruct.storage.file import folder_of
-from blockstruct.views.console import archive_table
+from blockstruct.views.console import archive_table, study_table
 from properties import slow_after
 from structures import (
     SELF_WEIGHT,
@@ -170,15 +170,50 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
         export.write_moved(result, tmp_path / "along.stl")
 
 
+def test_responses_are_compared(stored, tmp_path):
+    """Two responses with one status may differ."""
+    analysis, path = stored
+    case = analysis["along"].case
+    weaker = bs.run(analysis.model, case.scaled(0.95, "along"), tmp_path / "run.h5", progress=False)
+    rows = bs.results.compare(analysis, weaker).cases
+    assert rows.status["along"] == rows.status_other["along"]
+    assert rows.response_difference["along"] > 0.02
+    assert rows.response_difference["axes"] == np.inf
+    same = bs.results.compare(analysis, bs.open_analysis(path))
+    assert same.agrees()
+    assert (same.cases.response_difference == 0).all()
+    assert f"{1e3 * analysis['along'].peak_displacement:.4g} mm, relative difference" in str(same)
+    differs = bs.Archive(path.parent).difference(bs.Archive(tmp_path)).loc["run.h5", "along"]
+    assert differs.end_difference < -0.01
+    assert not differs.agree
+
+
+def test_a_record_is_plotted_and_has_no_mechanism(stored):
+    result = stored[0]["along"]
+    assert result.plot().get_xlabel() == "time [s]"
+    name, text = result.number()
+    assert f"<td>{name}</td><td>{text}" in result._repr_html_()
+    for part in ("mechanism", "macro_blocks"):
+        with pytest.raises(bs.errors.ModelError, match="no mechanism, stands"):
+            getattr(result, part)
+
+
 def test_an_archive_has_the_numbers_of_records(stored):
     analysis, path = stored
     table = bs.Archive(path.parent).table().set_index("case")
     for name, result in analysis.items():
         assert table.peak_displacement[name] == result.peak_displacement
         assert np.isnan(table.collapse_time[name])
-    console = Console(width=200, record=True, file=io.StringIO())
-    console.print(archive_table(table.reset_index()))
-    assert f"{1e3 * analysis['along'].peak_displacement:.4g} mm" in console.export_text()
+    # A study in which nothing falls has no column for the time of collapse.
+    data = bs.study(lambda factor: (analysis.model, shaken()[0].scaled(factor)), {"factor": [0.5]}, workers=1)
+    weaker = data.peak_displacement.item()
+    for shown, largest in (
+        (archive_table(table.reset_index()), analysis["along"].peak_displacement),
+        (study_table(data), weaker),
+    ):
+        console = Console(width=200, record=True, file=io.StringIO())
+        console.print(shown)
+        assert f"{1e3 * largest:.4g} mm" in console.export_text()
 
 
 def standing(friction, *boxes):

@@ -386,10 +386,7 @@ IN_50_CELLS = bs.ProcedureSettings(crushing_cells=50)
 
 @pytest.mark.parametrize(("stopped_after", "rectangular"), [(None, True), (0, True), (3, False)])
 def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, rectangular):
-    """They were of equal size, and joints with a tensile strength were in cells even if they were rectangles.
-
-    Such files are valid, gone on with, and reproduced in these cells.
-    """
+    """Files with equal cells, also of rectangles with a tensile strength, are valid, continued and reproduced."""
     path, model = tmp_path / "x.h5", model_of(single_block(0.5, 1.0)[0], MORTAR)
     model = model if rectangular else divided(model)
     stop = [] if stopped_after is None else [stopping(IterationDone, at=stopped_after)]

@@ -245,11 +245,7 @@ def test_equal_samples_are_run_once(tmp_path):
     [
         ({}, {}, "give a mapping of names to values"),
         ({"friction_coefficient": []}, {}, "friction_coefficient has no value"),
-        (
-            {"friction_coeficient": [0.3]},
-            {},
-            "it takes friction_coefficient, height, and the study gives friction_coeficient",
-        ),
+        ({"friction_coeficient": [0.3]}, {}, "takes friction_coefficient, .* the study gives friction_coeficient"),
         ({"height": Q_([1], "m")}, {}, "missing a required argument: 'friction_coefficient'"),
         ({"friction_coefficient": [0.3], "height": [Q_(1, "m"), Q_(1, "kg")]}, {}, "values of one dimension"),
         ({"friction_coefficient": [0.3, Q_(1, "m")]}, {}, "mixes a number and a quantity"),
@@ -352,6 +348,14 @@ cases: [{name: push, dead: dead, variable: push, flow: associative}]
 FRICTION, HEIGHT = "joint_materials.lime 1.5.friction_coefficient", "blocks.b.1.box.size.2"
 
 
+def normal(mean, deviation):
+    return {"distribution": "normal", "mean": mean, "standard_deviation": deviation}
+
+
+def uniform(low, high):
+    return {"distribution": "uniform", "low": low, "high": high}
+
+
 @pytest.fixture
 def document(tmp_path):
     """Writer of a study document beside its model."""
@@ -367,7 +371,7 @@ def document(tmp_path):
 
 
 def test_a_grid_of_a_document(document, call, tmp_path):
-    path = document({FRICTION: [0.3, 0.7], HEIGHT: ["1 m", "50 cm"]})
+    path = document({FRICTION: [0.3, 0.7], HEIGHT: ["50 cm", "1 m"]})
     _, out, err = call("study", path, "--output", tmp_path / "runs", "--workers", "1")
     assert "4 of 4 runs" in err
     table = bs.Archive(tmp_path / "runs").table().sort_values("path")
@@ -377,26 +381,18 @@ def test_a_grid_of_a_document(document, call, tmp_path):
     assert "0.7" in out
     code, out, err = call("study", path, "--output", tmp_path / "runs", "--workers", "1", "--json")
     assert (code, "4 of them found" in err) == (0, True)
-    rows = json.loads(out)["rows"]
-    assert rows[0]["load_factor"] == pytest.approx(0.3, rel=1e-6)
-    assert rows[1][HEIGHT] == 0.5
+    found, rows = json.loads(out)["units"], json.loads(out)["rows"]
+    assert (found[FRICTION], found[HEIGHT], rows[0][HEIGHT]) == ("dimensionless", "centimeter", 50)
+    assert rows[1]["load_factor"] == pytest.approx(0.3, rel=1e-6)
+    low, short = (re.sub(r"\W", "_", f"parameter_{name}") for name in (FRICTION, HEIGHT))
+    code, out, err = call("archive", tmp_path / "runs", "--where", f"{low} < 0.4 and {short} in [0.5]")
+    assert (code, out.count("run-")) == (0, 1), err
     call("study", path, "--output", tmp_path / "runs", "--workers", "1", "--csv", tmp_path / "rows.csv")
     assert len((tmp_path / "rows.csv").read_text().splitlines()) == 5
 
 
-def test_parameters_are_found_by_their_names(document, call, tmp_path):
-    path, runs = document({FRICTION: [0.3, 0.7], HEIGHT: ["50 cm", "1 m"]}), tmp_path / "runs"
-    found = json.loads(call("study", path, "-o", runs, "--workers", "1", "--json")[1])
-    assert (found["units"][FRICTION], found["units"][HEIGHT]) == ("dimensionless", "centimeter")
-    assert found["rows"][0][HEIGHT] == 50
-    low, short = (re.sub(r"\W", "_", f"parameter_{name}") for name in (FRICTION, HEIGHT))
-    code, out, err = call("archive", runs, "--where", f"{low} < 0.4 and {short} in [0.5]")
-    assert (code, out.count("run-")) == (0, 1), err
-
-
 def test_samples_of_a_document(document, done, tmp_path):
-    distribution = {"distribution": "uniform", "low": 0.2, "high": 0.4}
-    path = document({FRICTION: distribution}, runs=3, seed=2)
+    path = document({FRICTION: uniform(0.2, 0.4)}, runs=3, seed=2)
     out = done("study", path, "-o", tmp_path / "runs", "--workers", "1")
     assert "confidence" in out
     read = bs.studies.read_study(path)
@@ -406,11 +402,11 @@ def test_samples_of_a_document(document, done, tmp_path):
 
 def test_settlements_of_a_document_print_their_reactions(document, done, tmp_path):
     """A reaction has no fractile of load factors."""
-    path = document({HEIGHT: {"distribution": "uniform", "low": "1 m", "high": "1.2 m"}}, runs=2)
+    path = document({HEIGHT: uniform("1 m", "1.2 m")}, runs=2)
     settlement = "{kind: settlement, name: sinks, dead: dead, supports: [base], direction: -z}"
     (tmp_path / "wall.yaml").write_text(f"{MODEL.split('cases:')[0]}cases: [{settlement}]\n")
     out = done("study", path, "-o", tmp_path / "runs", "--workers", "1")
-    assert re.search(r"sinks +6\d{3}(\.\d+)? N", out), out
+    assert re.search(r"sinks +[\d.]+ +6\d{3}(\.\d+)? N", out), out
     assert ("nan" in out, "sinks:" in out) == (False, False)
 
 
@@ -427,30 +423,22 @@ def test_a_lognormal_has_the_mean_that_was_given(document):
 
 
 @pytest.mark.parametrize(
-    ("parameters", "more", "said"),
+    ("name", "values", "more", "said"),
     [
-        ({"joint_materials.lim.friction_coefficient": [1]}, {}, r"/parameters/joint_materials.lim.*has no 'lim'"),
-        ({"joint_materials.lime 1.5": [1]}, {}, "holds friction_coefficient; name one of them"),
-        ({FRICTION: {"distribution": "cauchy"}}, {"runs": 2}, "cauchy"),
-        (
-            {FRICTION: {"distribution": "normal", "mean": 1, "standard_deviation": -1}},
-            {"runs": 2},
-            "-1 where more than zero",
-        ),
-        (
-            {FRICTION: {"distribution": "normal", "mean": "1 m", "standard_deviation": 1}},
-            {"runs": 2},
-            "all of them a unit",
-        ),
-        ({FRICTION: {"distribution": "uniform", "low": "1 m", "high": "1 kg"}}, {"runs": 2}, "one dimension"),
-        ({FRICTION: {"distribution": "uniform", "low": 0, "high": 1}}, {}, "give the number of samples"),
-        ({FRICTION: ["4 Mpaa"]}, {}, "is not a quantity"),
-        ({FRICTION: [1]}, {"sampling": "sobol"}, "/sampling"),
-        ({FRICTION: [1]}, {"workers": 2}, "unknown key 'workers'"),
+        ("joint_materials.lim.friction_coefficient", [1], {}, r"/parameters/joint_materials.lim.*has no 'lim'"),
+        ("joint_materials.lime 1.5", [1], {}, "holds friction_coefficient; name one of them"),
+        (FRICTION, {"distribution": "cauchy"}, {"runs": 2}, "cauchy"),
+        (FRICTION, normal(1, -1), {"runs": 2}, "-1 where more than zero"),
+        (FRICTION, normal("1 m", 1), {"runs": 2}, "all of them a unit"),
+        (FRICTION, uniform("1 m", "1 kg"), {"runs": 2}, "one dimension"),
+        (FRICTION, uniform(0, 1), {}, "give the number of samples"),
+        (FRICTION, ["4 Mpaa"], {}, "is not a quantity"),
+        (FRICTION, [1], {"sampling": "sobol"}, "/sampling"),
+        (FRICTION, [1], {"workers": 2}, "unknown key 'workers'"),
     ],
 )
-def test_bad_documents_name_the_place(document, call, tmp_path, parameters, more, said):
-    path = document(parameters, **more)
+def test_bad_documents_name_the_place(document, call, tmp_path, name, values, more, said):
+    path = document({name: values}, **more)
     code, _, err = call("study", path, "-o", tmp_path / "runs")
     assert code == 2
     assert re.search(said, err.replace("\n", " ")), err
@@ -474,10 +462,7 @@ def test_a_pushover_without_a_curve_is_told_and_exits_with_3(document, call, tmp
 @pytest.mark.filterwarnings("default::blockstruct.errors.StudyWarning")
 @pytest.mark.parametrize(
     ("parameters", "more"),
-    [
-        ({FRICTION: [-1, -2], HEIGHT: ["1 m", "2 m"]}, {}),
-        ({FRICTION: {"distribution": "uniform", "low": -2, "high": -1}}, {"runs": 3}),
-    ],
+    [({FRICTION: [-1, -2], HEIGHT: ["1 m", "2 m"]}, {}), ({FRICTION: uniform(-2, -1)}, {"runs": 3})],
 )
 def test_failures_alone_are_printed(document, call, tmp_path, parameters, more):
     words = ("study", document(parameters, **more), "-o", tmp_path / "runs", "--workers", "1")

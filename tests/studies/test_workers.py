@@ -16,7 +16,7 @@ import studied
 from blockstruct import Q_
 from blockstruct.storage.run_folder import writer_lock
 
-SUPPORT = Path(studied.__file__).parent
+SUPPORT, SOURCE = Path(studied.__file__).parent, Path(bs.__file__).parents[1]
 MU = {"friction_coefficient": [0.3, 0.4, 0.45, 0.6]}
 EXPECTED = [0.3, 0.4, 0.45, 0.5]
 
@@ -68,7 +68,7 @@ MORE = Q_(0.25, "m"), None
 TALL = Q_(1, "m")
 def build(mu, height):
     return studied.block(mu, height + MORE[0])
-data = bs.study(partial(build, height=TALL), {"mu": [0.3, 0.7]}, workers=2)
+data = bs.study(partial(build, height=TALL), {"mu": [0.3, 0.32, 0.34, 0.7]}, workers=2)
 print(data.load_factor.to_numpy().ravel().round(6).tolist())
 """
 
@@ -77,10 +77,10 @@ print(data.load_factor.to_numpy().ravel().round(6).tolist())
 def test_a_script_with_its_own_build(tmp_path):
     """It needs no guard: workers have the function and the quantities that it refers to, and do not run the script."""
     (tmp_path / "script.py").write_text(SCRIPT)
-    environment = os.environ | {"PYTHONPATH": str(SUPPORT)}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (SUPPORT, SOURCE)))}
     command = [sys.executable, tmp_path / "script.py"]
     run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    assert (run.returncode, run.stdout) == (0, "[0.3, 0.4]\n"), run.stderr
+    assert (run.returncode, run.stdout, run.stderr) == (0, "[0.3, 0.32, 0.34, 0.4]\n", "")
 
 
 def test_a_local_cluster(cluster, tmp_path):
@@ -163,7 +163,7 @@ def test_a_study_that_is_killed_leaves_its_runs_and_no_process(tmp_path):
             bs.study(studied.slow, values, {str(tmp_path / "store")!r}, workers=2)
         """)
     )
-    environment = os.environ | {"PYTHONPATH": str(SUPPORT)}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (SUPPORT, SOURCE)))}
     process = subprocess.Popen([sys.executable, script], env=environment)
     while not (tmp_path / "worker").exists() or len(list((tmp_path / "store").glob("*.h5"))) < 3:
         time.sleep(0.1)

@@ -1,4 +1,4 @@
-"""The words of every note and of the other sentences on results, each pinned once: the notes in ``notes.txt``."""
+"""The words of every note and of the other sentences on results, each pinned once, in the texts beside this."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import blockstruct as bs
 from blockstruct.limit import Outcome
 from blockstruct.text import assessment as a
 from blockstruct.text import assumptions as assumptions_text
@@ -13,9 +14,10 @@ from blockstruct.text import case as case_text
 from blockstruct.text import mechanism as mechanism_text
 from blockstruct.text import note as note_text
 from blockstruct.text import report, study
+from blockstruct.text.headline import Headline
 from blockstruct.text.note import NoteCode
 from blockstruct.text.numbers import LOAD_FACTOR, Answer
-from blockstruct.vocabulary import CurveDoubt, PathEnd, Procedure, Reason, SolverStatus, Status
+from blockstruct.vocabulary import CurveDoubt, Flow, PathEnd, Procedure, Reason, SolverStatus, Status
 
 REACTION = Answer("reaction", "R", "force", -1e3)
 FIRST, INF = (Status.CONVERGED, 0.5, Reason.CERTIFIED), np.inf
@@ -24,6 +26,10 @@ DRIFTING = Outcome(*FIRST, Procedure.LOADING_PATH)
 STANDS_IN = Outcome(*FIRST, Procedure.FICTITIOUS, settled=True, path_end=PathEnd.LIMIT_REACHED)
 RAISED = Outcome(*FIRST, Procedure.LOADING_PATH, drift=(0.6, 0.6), without_crushing=0.5)
 UNBOUNDED = Outcome(Status.UNBOUNDED, INF, Reason.GROWS_WITHOUT_LIMIT)
+
+
+def headline(outcome):
+    return Headline(outcome, Flow.NONASSOCIATIVE)
 
 
 def caveats(outcome, answer=LOAD_FACTOR, bound=1.0, jammed=(), *, is_searched=True):
@@ -86,11 +92,65 @@ NOTES = [
     a.edge_is_high(1.0, "façade", 2),
 ]
 
+MOMENT = Answer("reaction", "R", "moment")
+VARIES = Outcome(Status.NOT_CONVERGED, np.nan, Reason.NEVER_SETTLES, drift=(0.385, 0.4017))
+DOUBTS = (0.01, 0.02), (0.3, 0.4), 0.02
+A_G = ("0.1235 g", "0.15 g")
+
+
+def least_ties(force, status="solved", what="load factor", *, flow=False, proven=False):
+    state = SolverStatus(status)
+    return mechanism_text.least_ties_sentence(0.5, {"tie": force}, state, what, is_associative=flow, proven=proven)
+
+
+SENTENCES = [
+    *(str(case_text.DoubtfulPart(doubt, *DOUBTS, "fictitious", has_ties=True)) for doubt in CurveDoubt),
+    str(case_text.DoubtfulPart(CurveDoubt.RISES, *DOUBTS, "loading path", has_ties=False)),
+    least_ties(5e3, flow=True, proven=True),
+    least_ties(np.nan, "infeasible", "dead load", flow=True),
+    least_ties(np.nan, "failed", flow=True),
+    least_ties(5e3, what="dead load", flow=True, proven=True),
+    least_ties(5e3, flow=True),
+    least_ties(5e3, proven=True),
+    least_ties(5e3, what="both", flow=True),
+    mechanism_text.tie_sentence("left", 4e4, 4e4, "yield", "yielding", 0.5, 0.03, 0.06),
+    a.state_outcome("SLV, linear", np.nan, satisfied=False),
+    a.state_outcome("SLV, linear", 1.2, satisfied=True),
+    a.state_outcome("SLV, linear", 0.9, satisfied=True),
+    a.state_outcome("SLV, linear", 0.9, satisfied=False),
+    a.state_outcome("SLV, linear", 1.2, satisfied=False),
+    a.verdict("SLD", 0.823, "not satisfied", 1.211, A_G, of_sld=False),
+    a.verdict("SLD", 0.823, "not satisfied", 1.211, A_G, of_sld=True),
+    a.unit_sizes("load factor", [1.2, 0.6, 0.4], [0.327, 0.294, 0.277], 0.2545, 0.003),
+    a.building_interrupted(["push +x"], None),
+    a.building_interrupted([], "b.h5"),
+    headline(VARIES).text(),
+    headline(replace(VARIES, reason=Reason.JAMS)).text(),
+    report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=1, checks=0),
+    report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=3, checks=2),
+    report.no_number("x", Status.COLLAPSES, LOAD_FACTOR, cases=2, checks=0),
+    report.no_number("x", Status.UNDECIDED, LOAD_FACTOR, cases=1, checks=0),
+    report.no_number("x", Status.STANDS, LOAD_FACTOR, cases=2, checks=0),
+    study.sample_line("push", 20, 20, 0.3, 0.0123),
+    study.sample_line("push", 20, 18, 0.3, 0.01),
+    study.fractile_line(0.05, 0.25, (-np.inf, np.nan), 0.95),
+    " to ".join(MOMENT.ends((2256.8, 456.3))),
+    MOMENT.format(-456.3, alongside=np.inf),
+    MOMENT.format(-456.3),
+]
+
+
+def pinned(name):
+    return Path(__file__).with_name(name).read_text(encoding="utf-8").splitlines()
+
 
 def test_the_words_of_every_note():
-    pinned = Path(__file__).with_name("notes.txt").read_text(encoding="utf-8").splitlines()
-    assert [f"{note.code} ({note.severity}): {note}" for note in NOTES] == pinned
+    assert [f"{note.code} ({note.severity}): {note}" for note in NOTES] == pinned("notes.txt")
     assert {note.code for note in NOTES} == set(NoteCode) - {NoteCode.MASSES}
+
+
+def test_the_words_of_other_sentences():
+    assert pinned("sentences.txt") == SENTENCES
 
 
 def test_effects_below_one_percent_have_no_note():
@@ -102,104 +162,15 @@ def test_a_settled_bounded_number_has_no_caveat():
     assert caveats(SETTLED) == caveats(UNBOUNDED, bound=INF, is_searched=False) == ()
 
 
-@pytest.mark.parametrize(
-    ("ratio", "satisfied", "words"),
-    [
-        (np.nan, False, "not checked: no spectrum of this limit state"),
-        (1.2, True, "satisfied"),
-        (0.9, True, "below 1, but satisfied: a_g,SLV counts as no less than a_g,SLD (C8.7.1.2.1.8)"),
-        (0.9, False, "not satisfied"),
-        (1.2, False, "not satisfied: a weaker ground motion already demands as much"),
-    ],
-)
-def test_outcomes_of_limit_states(ratio, satisfied, words):
-    assert a.state_outcome("SLV, linear", ratio, satisfied=satisfied) == words
-
-
 def test_every_end_has_its_sentence():
     for status in Status:
         for reason in Reason:
             outcome = Outcome(status, 0.3, reason, Procedure.FICTITIOUS, path_end=PathEnd.CLOSED)
-            assert case_text.why(outcome, LOAD_FACTOR)
-            assert case_text.sentence(outcome, LOAD_FACTOR)
-        assert case_text.certificate_sentence(None, status, LOAD_FACTOR, has_ties=False).endswith(".")
-    ends = {case_text.sentence(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end), LOAD_FACTOR) for end in PathEnd}
+            assert headline(outcome).why
+            assert headline(outcome).text()
+        assert case_text.certificate_sentence(None, status).endswith(".")
+    ends = {headline(Outcome(*FIRST, Procedure.FICTITIOUS, path_end=end)).text() for end in PathEnd}
     assert len(ends) == len(PathEnd)
-
-
-@pytest.mark.parametrize(
-    ("reason", "words"),
-    [
-        (Reason.NEVER_SETTLES, "from 0.385 to 0.4017 over the last tenfold displacement, and not settled"),
-        (Reason.JAMS, "still rising at 0.4017, the blocks jam"),
-    ],
-)
-def test_a_load_factor_that_varies_jams_only_without_a_bound(reason, words):
-    varies = Outcome(Status.NOT_CONVERGED, np.nan, reason, drift=(0.385, 0.4017))
-    assert case_text.sentence(varies, LOAD_FACTOR) == f"no load factor: {words}"
-
-
-def test_the_ends_of_a_range_have_one_unit():
-    moment = Answer("reaction", "R", "moment")
-    assert moment.ends((2256.8, 456.3)) == ("0.4563 kN·m", "2.257 kN·m")
-    assert moment.format(-456.3, alongside=np.inf) == moment.format(-456.3) == "-456.3 N·m"
-
-
-@pytest.mark.parametrize(("of_sld", "at"), [(False, "equal at a_g"), (True, "borne is a_g = a_g,SLD")])
-def test_verdicts(of_sld, at):
-    assert a.verdict("SLD", 0.823, "not satisfied", 1.211, ("0.1235 g", "0.15 g"), of_sld=of_sld) == (
-        f"SLD: capacity / demand = 0.823, not satisfied; {at} = 1.211 m/s² = 0.1235 g (site 0.15 g)."
-    )
-
-
-def test_doubts_on_a_curve():
-    facts = (0.01, 0.02), (0.3, 0.4), 0.02, "fictitious"
-    clauses = [f"{doubt}: {case_text.doubtful_part(doubt, *facts, has_ties=True)}" for doubt in CurveDoubt]
-    assert clauses == Path(__file__).with_name("doubts.txt").read_text(encoding="utf-8").splitlines()
-    alone = case_text.doubtful_part(CurveDoubt.RISES, *facts[:3], "loading path", has_ties=False)
-    assert alone == clauses[1].removeprefix("rises: ").split(", or ")[0]
-
-
-LEAST_TIES = [
-    (5e3, "solved", "load factor", True, True),
-    (np.nan, "infeasible", "dead load", True, False),
-    (np.nan, "failed", "load factor", True, False),
-    (5e3, "solved", "dead load", True, True),
-    (5e3, "solved", "load factor", True, False),
-    (5e3, "solved", "load factor", False, True),
-    (5e3, "solved", "both", True, False),
-]
-
-
-def test_least_ties():
-    sentences = [
-        mechanism_text.least_ties_sentence(
-            0.5, {"tie": force}, SolverStatus(status), what, is_associative=flow, proven=proven
-        )
-        for force, status, what, flow, proven in LEAST_TIES
-    ]
-    assert sentences == Path(__file__).with_name("least_ties.txt").read_text(encoding="utf-8").splitlines()
-
-
-def test_unit_sizes():
-    sizes, values = [1.2, 0.6, 0.4], [0.327, 0.294, 0.277]
-    assert a.unit_sizes("load factor", sizes, values, 0.2545, 0.003) == (
-        "With units of 1.2 m the load factor is 0.327. 0.6 m gives -10%; 0.4 m gives -15%. A fine bond would give "
-        "about 0.2545 ± 0.003."
-    )
-
-
-def test_an_interrupted_building():
-    assert a.building_interrupted(["push +x"], None).startswith("1 run ended (push +x): give a store")
-    assert a.building_interrupted([], "b.h5").startswith("b.h5 keeps what was done, no run ended")
-
-
-def test_a_tie_that_reaches_its_limit():
-    lengthens = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
-    assert mechanism_text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (
-        "Tie left: yielding, 40 kN of 40 kN (yield); it lengthens by 0.5 times the largest block displacement and "
-        "reaches its limit of 30 mm at 60 mm, to first order."
-    )
 
 
 @pytest.mark.parametrize(
@@ -211,39 +182,17 @@ def test_a_tie_that_reaches_its_limit():
     ],
 )
 def test_assumptions_on_corners(small_model, radii, words):
-    flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
-    corners = {f"push {k}": radius for k, radius in enumerate(radii)}
-    scope = assumptions_text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
-    (sentence,) = [
-        s for s in assumptions_text.assumption_sentences(small_model, scope, [], [], "") if "finite displacements" in s
+    dead, pushed = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
+    cases = [
+        bs.Pushover(f"push {k}", dead, pushed, control=("1.1", (1, 0, 0)), corner_rounding=f"{radius} m")
+        for k, radius in enumerate(radii)
     ]
+    sentences = assumptions_text.assumption_sentences(small_model, cases, has_curve=True)
+    (sentence,) = [s for s in sentences if "finite displacements" in s]
     assert sentence.endswith(words)
 
 
-def test_the_first_page_without_a_number():
-    alone = report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=1, checks=0)
-    assert alone == "There is no load factor to rely on: “push” is unstable under dead load."
-    others = report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=3, checks=2)
-    assert others == (
-        "There is no load factor to rely on: “push” is unstable under dead load, the worst of 3 cases. The "
-        "verification is not satisfied. The 2 checks of other cases do not cover it."
-    )
-
-
-@pytest.mark.parametrize(
-    ("status", "cases", "words"),
-    [
-        (Status.COLLAPSES, 2, "The structure collapses in “x”, the worst of 2 cases."),
-        (Status.UNDECIDED, 1, "It is undecided whether the structure stands in “x”."),
-        (Status.STANDS, 2, "The structure stands in all of 2 cases. It moves furthest in “x”. The response "),
-    ],
-)
-def test_the_first_page_of_a_record(status, cases, words):
-    assert report.no_number("x", status, LOAD_FACTOR, cases=cases, checks=0).startswith(words)
-
-
-def test_lines_on_samples():
-    assert study.sample_line("push", 20, 20, 0.3, 0.0123) == "push: 20 runs, mean 0.3, standard deviation 0.012"
-    assert study.sample_line("push", 20, 18, 0.3, 0.01).endswith(" of the 18 with a finite load factor")
-    line = study.fractile_line(0.05, 0.25, (-np.inf, np.nan), 0.95)
-    assert line == "5% fractile 0.25 (95% confidence: −∞ to none)"
+def test_a_reaction_of_rounding_is_zero():
+    reaction = Answer("reaction", "R", "force", -5e4)
+    assert [reaction.text(alpha) for alpha in (1e-14, -0.5)] == ["0 N", "25 kN"]
+    assert reaction.ends((1e-14, -0.5)) == ("0 kN", "25 kN")

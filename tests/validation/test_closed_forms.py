@@ -94,10 +94,7 @@ def test_tension_of_a_joint_that_is_not_convex(direction):
 
 
 def test_only_dilatancy_jams_a_drawer():
-    """Pulled out along its walls, a dilatant block presses them apart and is stuck; a non-dilatant one slides.
-
-    The associative answer is not a bound at all, and must not be taken for one: μ W holds the real block.
-    """
+    """The associative answer of a drawer, which its dilatancy wedges, is no bound: μ W holds the real one."""
     supports = [box(name, [x, 0, 0], fixed=True) for name, x in (("left", 0), ("right", 2))]
     blocks = [box("ground", [0, 0, -1], [3, 1, 1], fixed=True), *supports, box("drawer", [1, 0, 0])]
     model = model_of(blocks, bs.JointMaterial("joint", 0.5))

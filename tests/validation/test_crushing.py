@@ -104,11 +104,7 @@ def test_crushing_about_both_axes_is_told(flow):
     + [({"fc": 1e5, "ft": ft}, None, None) for ft in (2e3, 2e4)],
 )
 def test_crushing_about_both_axes_is_told_by_what_the_number_owes_to_it(joint, share, told):
-    """Load factors are √2 (b / h)(1 − share) by the edges, and √2 (b / h)(1 − √share) by the effective rectangle.
-
-    The edges bear 1 / share as much as the rectangle at their eccentricity, 10⁷ times, where the load factor owes
-    3e-4 to it.
-    """
+    """Load factors are √2 (b / h)(1 − share) by the edges, and √2 (b / h)(1 − √share) by the effective rectangle."""
     model = model_of(single_block(0.5, 1.0, t=0.5)[0], mortar(**joint))
     edges, rectangle = (
         solve(model, push(1, 1, 0), crushing_interaction=i, effects=True) for i in ("uniaxial", "biaxial")

@@ -31,11 +31,7 @@ def wall(rows, length_unit="m", weight_unit="kN/m^3"):
 
 
 def agree(one, other, flow):
-    """Equal load factors.
-
-    The associative value is unique. The non-associative one is where an iteration of nearly a score of programs
-    ends: rounding is carried along, but the end is the same to 1e-5.
-    """
+    """Equal load factors: the associative one is unique, the other one carries rounding through its iteration."""
     assert one.status == other.status == "converged"
     assert one.load_factor == pytest.approx(other.load_factor, rel=1e-6 if flow == "associative" else 1e-5)
 

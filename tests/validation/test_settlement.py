@@ -201,10 +201,7 @@ def test_loads_on_supports_are_told():
     [((0.1074, 0.1070, 0.1068), 27, 0.10672, 2e-5), ((0.1083, 0.1079), 101, 0.107426, 1e-4)],
 )
 def test_the_thrust_of_the_thinnest_arch_is_one_number(thicknesses, voussoirs, least, within):
-    """At the least thickness of 27 straight voussoirs, t/r = 0.10672 (measured), and of a continuous arch, 0.107426.
-
-    The range closes linearly: where it would be nothing is the least thickness.
-    """
+    """The range of thrust closes linearly towards the least thickness: 0.10672 of 27 voussoirs, 0.107426 of an arch."""
     spans = []
     for thickness in thicknesses:
         result = settle(arch(thickness, voussoirs=voussoirs), ["left"], "-x", flow="associative")

@@ -269,10 +269,7 @@ def test_the_first_steps_of_a_path_estimate_the_effect_of_torsion(tmp_path):
 
 
 def uniform_friction(a, b, beside, cells=1500):
-    """Share of its friction with which a uniformly pressed area of a by b, long along x, resists a force along y.
-
-    By summing over cells of the area, least over the centre of rotation, which lies on the axis of x.
-    """
+    """Share of its friction with which a uniformly pressed area of a by b, long along x, resists a force along y."""
     x, y = ((np.arange(cells) + 0.5) / cells - 0.5 for _ in range(2))
     x, y = a * x[:, None], b * y[None, ::10]
 
@@ -393,10 +390,7 @@ def test_a_settlement_held_by_shear_and_torque_has_a_note():
 
 @pytest.mark.parametrize("flow", ["associative", "nonassociative"])
 def test_torsion_of_a_block_that_does_not_move_has_a_note(flow):
-    """A pier rocks 0.1 % before the block turns: the mechanism does no work in torsion.
-
-    Under uniform pressure the block turns at 54 % of that load factor.
-    """
+    """A pier rocks 0.1 % before the block turns; under uniform pressure the block turns at 54 % of that load factor."""
     turning = CORNERS * FRICTION * WEIGHT
     blocks = [
         box("base", [-1, -1, -1], [6, 3, 1], fixed=True),

@@ -43,7 +43,7 @@ def summary(analysis, checks=()):
 def checked(result, **of_state):
     """Its check, with other numbers at the limit state relied on."""
     check = bs.assess.local_mechanism(result, 1.35, SITE)
-    state = dataclasses.replace(check.limit_state, **of_state)
+    state = dataclasses.replace(check.verdict.state, **of_state)
     return dataclasses.replace(check, limit_states={**check.limit_states, check.relied_on: state})
 
 
@@ -113,7 +113,7 @@ def test_a_load_factor_that_has_not_settled_satisfies_no_demand(small_model):
     settings = settings_of(procedure="fictitious", patience=3, load_factor_tolerance=1e-15)
     found = bs.AnalysisManager(small_model, settings=settings).run([case])
     check = checked(found["push"])
-    assert (found["push"].drifts, check.limit_state.satisfied, check.satisfied) == (True, True, False)
+    assert (found["push"].drifts, check.verdict.state.satisfied, check.satisfied) == (True, True, False)
     for head in (summary(found), summary(found, [check])):
         assert head.count("NOT SETTLED") >= 2
         assert "satisfied" not in head
@@ -151,7 +151,7 @@ def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
 
 def test_the_lowest_of_all_ways_governs(stands):
     bears = checked(stands["good"], ag=1.05 * SITE.ag, capacity=1.05, demand=1.0)
-    less = dataclasses.replace(bears.limit_state, ag=0.93 * SITE.ag, capacity=0.93)
+    less = dataclasses.replace(bears.verdict.state, ag=0.93 * SITE.ag, capacity=0.93)
     way = bs.assess.WayOfChecking(bs.assess.Way.UNIFORM_TORSION, 0.1, 0.98, less, load_factor=0.775)
     low = dataclasses.replace(checked(stands["back"], ag=1.2 * SITE.ag, capacity=1.2, demand=1.0), others=(way,))
     head = summary(stands, [bears, low])

@@ -12,7 +12,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.results import is_pressed
 from blockstruct.views.page import NotebookPage, page_html, write_page
-from blockstruct.views.page.html import _WIDGET, payload
+from blockstruct.views.page.html import payload
 from blockstruct.views.solids import Solids, load_arrows
 from blockstruct.views.style import AMPLITUDE
 from blockstruct.views.words import spread_words
@@ -310,18 +310,6 @@ def test_analysis_views_itself(analysis, html, tmp_path, monkeypatch):
     assert shown == [page.as_uri()]
 
 
-CELL = """<!doctype html><body><div id="cell"></div><script type="module">
-const values = %s, source = new Blob([%s], {type: "text/javascript"});
-const model = {
-  get: name => values[name],
-  set: (name, value) => { values[name] = value; },
-  save_changes: () => { window.saved = values.picked; },
-};
-const widget = (await import(URL.createObjectURL(source))).default;
-widget.render({ model, el: document.getElementById("cell") });
-</script></body>"""
-
-
 @pytest.fixture(scope="module")
 def shown(small_analysis):
     return NotebookPage(small_analysis)
@@ -340,41 +328,13 @@ def drawn(browser, path):
     return page, frame
 
 
-def pick(page, frame, name):
-    """Pick an interface in the page, and return the name that the notebook learns."""
-    frame.fill("#find", name)
-    frame.dispatch_event("#find", "change")
-    page.wait_for_function("window.saved !== undefined")
-    return page.evaluate("window.saved")
-
-
 def test_a_saved_notebook_shows_the_page_without_a_network(browser, shown, small_analysis, tmp_path):
-    """A saved cell, and a listener that keeps the name of what is picked."""
-    listener = 'addEventListener("message", event => { window.saved = event.data.blockstruct.name; });'
-    saved = f"<!doctype html><body>{shown._repr_html_()}<script>{listener}</script></body>"
-    (tmp_path / "saved.html").write_text(saved, encoding="utf-8")
+    (tmp_path / "saved.html").write_text(f"<!doctype html><body>{shown._repr_html_()}</body>", encoding="utf-8")
     page, frame = drawn(browser, tmp_path / "saved.html")
     assert frame.inner_text("#name") == small_analysis.model.name
-    name = small_analysis.model.interfaces[2].name
-    assert pick(page, frame, name) == name
     page.close()
 
 
-@pytest.mark.slow
-def test_the_widget_takes_over_what_is_picked(browser, shown, small_analysis, tmp_path):
-    values = {"page": shown._page, "height": 600, "picked": ""}
-    quoted = [json.dumps(value).replace("<", "\\u003c") for value in (values, _WIDGET)]
-    (tmp_path / "live.html").write_text(CELL % tuple(quoted), encoding="utf-8")
-    page, frame = drawn(browser, tmp_path / "live.html")
-    name = small_analysis.model.interfaces[2].name
-    assert pick(page, frame, name) == name
-    page.close()
-
-
-def test_an_analysis_shows_itself_in_the_cell(small_analysis, shown, monkeypatch):
+def test_an_analysis_shows_itself_in_the_cell(small_analysis, monkeypatch):
     monkeypatch.setattr("blockstruct.results.analysis.in_notebook", lambda: True)
     assert small_analysis.view()._repr_html_().startswith("<iframe srcdoc=")
-    pytest.importorskip("anywidget")
-    assert shown.picked is None
-    shown.widget.picked = "1.1|2.1"
-    assert shown.picked == "1.1|2.1"

@@ -79,7 +79,7 @@ def test_the_report_has_model_and_results():
         "1 free, 1 fixed (supports)",
         "(1, 0, 0) times every block",
         "<td>area of an interface</td><td>0.4 m², 0.4 m² in all</td>",
-        "The certificate holds: equilibrium is off by at most",
+        "The certificate holds. Equilibrium: off by at most",
         "crushing is not checked",
         "the load factor is not unique",
         analysis.model.hash,

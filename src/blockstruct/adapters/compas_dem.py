@@ -161,9 +161,7 @@ def results(result: bs.CaseResult, problem: Any, *, amplitude: QuantityLike = "0
         "text": str(result.headline),
     }
     size = si(amplitude, "length", "results: amplitude")
-    twist = [
-        size * result.mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")
-    ]
+    twist = np.hsplit(size * bs.results.twists(result.mechanism), 2)
     for block, R, t in zip(result.model.blocks, *screw_motions(*twist), strict=True):
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = R, block.centroid + t - R @ block.centroid

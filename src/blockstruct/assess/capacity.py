@@ -16,7 +16,7 @@ from blockstruct.model import LimitCase, Model
 from blockstruct.results import MacroBlock, block_rotations
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.interfaces import at_points
-from blockstruct.results.mechanism import TOGETHER
+from blockstruct.results.mechanism import TOGETHER, twists, velocities
 from blockstruct.text.numbers import shown
 from blockstruct.vocabulary import coordinate, counted
 
@@ -392,11 +392,10 @@ def curve_of_pushover(
             f"control=({block!r}, ({components(push)}))"
         )
         raise ModelError(msg)
-    mechanism = result.mechanism.sel(block=block)
-    shift, turn = (mechanism[name].transpose("axis").to_numpy() for name in ("translation", "rotation"))
-    centroid = result.model.block(block).centroid
-    point = centroid if case.control_point is None else np.array(case.control_point)
-    delta = float((shift + np.cross(turn, point - centroid)) @ direction) / participation.scale
+    model = result.model
+    point = model.block(block).centroid if case.control_point is None else np.array(case.control_point)
+    of_point = velocities(model, twists(result.mechanism), np.array(model.block_index[block]), point)
+    delta = float(of_point @ direction) / participation.scale
     if abs(delta) < TOGETHER:
         msg = f"the control point at block {block!r} rests in the mechanism"
         raise ModelError(msg)

@@ -174,7 +174,7 @@ class Verdict:
 g = STANDARD_GRAVITY
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 #: Codes of the notes on the ways to check.
-_CODES = {
+CODES = {
     Way.WITHOUT_SMALL: NoteCode.SMALL_MOTIONS,
     Way.OTHER_MOTION: NoteCode.OTHER_MOTION,
     Way.LOWER_END: NoteCode.RANGE,
@@ -246,7 +246,7 @@ class LocalMechanismCheck:
 
     def __post_init__(self) -> None:
         ratio = self.limit_states[self.relied_on].ratio
-        effects = {_CODES[way.way]: way.effect(ratio) for way in self.others}
+        effects = {CODES[way.way]: way.effect(ratio) for way in self.others}
         ranks = {note: (note.severity is not Severity.WARNING, -effects.get(note.code, 0.0)) for note in self.notes}
         object.__setattr__(self, "notes", tuple(sorted(self.notes, key=ranks.__getitem__)))
 
@@ -292,11 +292,6 @@ class LocalMechanismCheck:
         return self.participation.M_star
 
     @property
-    def limit_state(self) -> LimitState:
-        """The limit state that the check relies on, for the motion that governs."""
-        return self.verdict.state
-
-    @property
     def ratio(self) -> float:
         """Capacity over demand to rely on."""
         return self.verdict.ratio
@@ -312,21 +307,13 @@ class LocalMechanismCheck:
         return self.verdict.satisfied
 
     @property
-    def outcome(self) -> str:
-        """Whether the check is satisfied, and why if its ratio does not show it."""
-        return self.verdict.outcome
-
-    @property
     def sections(self) -> tuple[Section, ...]:
         """Every formula with its numbers, in the order of the calculation."""
         r, whole = self.result, self.participation
         push = ", ".join(f"{value:.4g}" for value in self.direction + 0.0)
         resting = sum(not body.moves for body in self.bodies)
         by_name = {body.name: body for body in self.bodies}
-        a0 = (
-            f"a0* = α0 g / (e* FC) = {shown(self.alpha0)} · {g:g} m/s² / ({shown(whole.e_star)} · "
-            f"{shown(self.confidence_factor)}) = {in_g(self.a0_star, g)}"
-        )
+        a0 = self._activation("α0", self.alpha0, whole.e_star, self.a0_star)
         share = (
             "" if abs(self.alpha0 - r.load_factor) < 1e-12 else f" ({shown(r.load_factor)} · share of the BodyForce)"
         )
@@ -401,10 +388,7 @@ class LocalMechanismCheck:
             return section(of_collapse.name, list(of_collapse.lines), is_detail=True)
         ways = self.verdict.ways
         first = ways[0]
-        a0 = (
-            f"a0* = α g / (e* FC) = {shown(first.alpha)} · {g:g} m/s² / ({shown(first.e_star)} · "
-            f"{shown(self.confidence_factor)}) = {in_g(self.acceleration, g)}"
-        )
+        a0 = self._activation("α", first.alpha, first.e_star, self.acceleration)
         own = [Line("acceleration of this way", a0, "C8.7.1.2.1.1, C8.7.1.2.1.5")]
         each = [
             Line(*assessment.way_line(way.name, way.alpha, way.e_star, way.state.ratio, governs=way is first))
@@ -413,6 +397,11 @@ class LocalMechanismCheck:
         if first.way is Way.COLLAPSE:
             return section(first.state.name, list(first.state.lines), each if len(ways) > 1 else [])
         return section(f"{first.state.name}, {first.name}", own, list(first.state.lines), each)
+
+    def _activation(self, symbol: str, alpha: float, e_star: float, a0: float) -> str:
+        """Return the formula of the acceleration a0*, m/s², that activates a motion."""
+        divisor = f"{shown(e_star)} · {shown(self.confidence_factor)}"
+        return f"a0* = {symbol} g / (e* FC) = {shown(alpha)} · {g:g} m/s² / ({divisor}) = {in_g(a0, g)}"
 
     @property
     def _floor(self) -> str:

@@ -40,6 +40,7 @@ from blockstruct.results import MacroBlock
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import division_of
 from blockstruct.results.interfaces import NO_FORCE, at_points
+from blockstruct.results.mechanism import twists, velocities
 from blockstruct.results.ties import tie_state
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics.statics import Statics
@@ -101,12 +102,11 @@ def _stressed(result: CaseResult, blocks: Collection[str]) -> list[TieSegment]:
 
 def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
     """Return the absolute work (J,) of forces at each joint on one of its blocks."""
-    last, model, mechanism = result.history.isel(iteration=-1), result.model, result.mechanism
+    last, model = result.history.isel(iteration=-1), result.model
     of_point = last["interface_of_contact_point"].to_numpy()
     block = np.array([model.block_index[name] for name in blocks])[of_point]
-    shift, turn = (mechanism[name].transpose("block", "axis").to_numpy()[block] for name in ("translation", "rotation"))
-    arm = last["contact_point_position"].to_numpy() - np.array([b.centroid for b in model.blocks])[block]
-    v = np.einsum("kij,kj->ki", last["interface_frame"].to_numpy()[of_point], shift + np.cross(turn, arm))
+    v = velocities(model, twists(result.mechanism), block, last["contact_point_position"].to_numpy())
+    v = np.einsum("kij,kj->ki", last["interface_frame"].to_numpy()[of_point], v)
     work = v * at_points(last, "contact_force")
     # Friction may take the work of normal forces: only its own weight and push may move a lintel.
     each = np.abs(work[:, 0]) + np.abs(work[:, 1:].sum(axis=1))

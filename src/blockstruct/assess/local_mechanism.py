@@ -9,7 +9,7 @@ import xarray as xr
 
 from blockstruct.arrays import SLIGHT
 from blockstruct.assess.capacity import CapacityCurve, curve_of_pushover, curve_of_rotation, d0_of_weights
-from blockstruct.assess.check import LocalMechanismCheck, WayOfChecking
+from blockstruct.assess.check import CODES, LocalMechanismCheck, WayOfChecking
 from blockstruct.assess.floor_spectrum import FloorSpectrum, Spectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, least_activation, separate_mechanisms
 from blockstruct.assess.limit_states import (
@@ -30,20 +30,14 @@ from blockstruct.errors import shown as as_given
 from blockstruct.model import STANDARD_GRAVITY, LimitCase, Model
 from blockstruct.results import MacroBlock, Spread, applied_loads, macro_blocks
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.mechanism import TOGETHER
 from blockstruct.results.ties import tie_state
 from blockstruct.text import assessment
-from blockstruct.text.note import EFFECT, Note, Severity
+from blockstruct.text.note import EFFECT, EFFECTS, Note, Severity
 from blockstruct.vocabulary import Flow, Procedure, Status, TieState, Way, listed
 
 g = STANDARD_GRAVITY
 #: Fact of an outcome that has the load factor of each remedy of a note.
-REMEDIES = {
-    Way.UNIFORM_TORSION: "uniform_torsion",
-    Way.LOWERED_FRICTION: "lowered_friction",
-    Way.BIAXIAL: "biaxial_crushing",
-    Way.OTHER_PROCEDURE: "other_procedure",
-}
+REMEDIES = {way: EFFECTS[code] for way, code in CODES.items() if code in EFFECTS}
 
 
 def local_mechanism(  # noqa: PLR0913
@@ -57,7 +51,6 @@ def local_mechanism(  # noqa: PLR0913
     spectrum_slc: Spectrum | None = None,
     beside: Overturning | None = None,
     coefficients: Coefficients | None = None,
-    tolerance: float = TOGETHER,
 ) -> LocalMechanismCheck:
     """Check a local mechanism against a spectrum, Circolare 7/2019 C8.7.1.2.1.
 
@@ -89,8 +82,6 @@ def local_mechanism(  # noqa: PLR0913
         A mechanism named by hand to print with the one found: :func:`overturning`.
     coefficients
         Coefficients of the Circolare, to change them.
-    tolerance
-        Relative motion within a body: :func:`blockstruct.results.macro_blocks`.
 
     Returns
     -------
@@ -131,7 +122,7 @@ def local_mechanism(  # noqa: PLR0913
         beside,
         Coefficients() if coefficients is None else coefficients,
     )
-    bodies = macro_blocks(found.model, found.mechanism, tolerance, case.dead)
+    bodies = macro_blocks(found.model, found.mechanism, case.dead)
     parts = separate_mechanisms(found, forces, bodies)
     # A pushover describes the mechanism of its control point.
     known = parts if found.capacity is None or method == "linear" else [p for p in parts if request.follows(p)] or parts

@@ -12,7 +12,7 @@ from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
-from blockstruct.results.mechanism import TOGETHER
+from blockstruct.results.mechanism import TOGETHER, twists, velocities
 from blockstruct.text.numbers import shown
 
 
@@ -81,10 +81,7 @@ class HorizontalForces:
 
     def displacements(self, model: Model, mechanism: xr.Dataset) -> Array:
         """Return the displacement (n,) of each force along the push in a mechanism."""
-        shift, turn = (mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation"))
-        centroid = np.array([b.centroid for b in model.blocks])[self.block]
-        moved = shift[self.block] + np.cross(turn[self.block], self.point - centroid)
-        return np.asarray(moved @ self.direction)
+        return np.asarray(velocities(model, twists(mechanism), self.block, self.point) @ self.direction)
 
 
 def _summed(block: Index, point: Array, force: Array) -> tuple[Index, Array, Array]:

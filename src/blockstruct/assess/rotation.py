@@ -206,11 +206,6 @@ class RigidRotation:
         along = np.outer(self.axis, self.axis)
         return np.asarray(along + np.cos(angle) * (np.eye(3) - along) + np.sin(angle) * _across(self.axis))
 
-    def elongation(self, tie: Pull, angle: float) -> float:
-        """Return the elongation of a tie at an angle, m."""
-        at = tie.anchor + self.moved(tie.anchor, angle)
-        return float(np.linalg.norm(tie.towards - at) - np.linalg.norm(tie.towards - tie.anchor))
-
     def without(self, ties: Sequence[Pull]) -> Self:
         """Return the same body without some of its ties."""
         return replace(self, ties=tuple(tie for tie in self.ties if all(tie is not gone for gone in ties)))

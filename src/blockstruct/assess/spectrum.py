@@ -79,8 +79,6 @@ class NtcSpectrum:
     Tc_star : float
         s.
     soil, topography : str
-    given_SS, given_CC, given_ST : float or None
-        Coefficients that replace the values of the tables.
     """
 
     ag: float
@@ -88,27 +86,23 @@ class NtcSpectrum:
     Tc_star: float
     soil: str
     topography: str
-    given_SS: float | None = None
-    given_CC: float | None = None
-    given_ST: float | None = None
 
     @property
     def SS(self) -> float:
         """Stratigraphic amplification, Table 3.2.IV; it falls with ag."""
         row = SOILS[self.soil]
-        found = float(np.clip(row.a - row.b * self.F0 * self.ag / g, row.low, row.high))
-        return found if self.given_SS is None else self.given_SS
+        return float(np.clip(row.a - row.b * self.F0 * self.ag / g, row.low, row.high))
 
     @property
     def CC(self) -> float:
         """Factor of the period, Table 3.2.IV."""
         row = SOILS[self.soil]
-        return row.c * self.Tc_star**-row.e if self.given_CC is None else self.given_CC
+        return float(row.c * self.Tc_star**-row.e)
 
     @property
     def ST(self) -> float:
         """Topographic amplification, Table 3.2.V."""
-        return TOPOGRAPHY[self.topography] if self.given_ST is None else self.given_ST
+        return TOPOGRAPHY[self.topography]
 
     @property
     def S(self) -> float:
@@ -157,27 +151,17 @@ class NtcSpectrum:
     def lines(self) -> list[Line]:
         """Return every coefficient with its paragraph."""
         row = SOILS[self.soil]
-        SS = f"S_S = {shown(self.SS)} (given)"
-        CC = f"C_C = {shown(self.CC)} (given)"
-        ST = f"S_T = {shown(self.ST)} (given)"
-        if self.given_SS is None:
-            SS = (
-                f"S_S = {row.a:.2f} − {row.b:.2f} F0 a_g/g, from {row.low:.2f} to {row.high:.2f} = {shown(self.SS)}"
-                if row.b
-                else f"S_S = {self.SS:.2f}"
-            )
-        if self.given_CC is None:
-            power = f"{row.c:.2f} T_C*^−{row.e:.2f} = " if row.e else ""
-            CC = f"C_C = {power}{shown(self.CC)}"
-        if self.given_ST is None:
-            ST = f"S_T = {shown(self.ST)}, topography {self.topography}"
+        SS = f"S_S = {self.SS:.2f}"
+        if row.b:
+            SS = f"S_S = {row.a:.2f} − {row.b:.2f} F0 a_g/g, from {row.low:.2f} to {row.high:.2f} = {shown(self.SS)}"
+        power = f"{row.c:.2f} T_C*^−{row.e:.2f} = " if row.e else ""
         ag = f"a_g = {in_g(self.ag, g)}, F0 = {shown(self.F0)}, T_C* = {shown(self.Tc_star, 's')}"
         return [
             Line("hazard at the site, as given", ag, "NTC 2018 § 3.2"),
             Line(f"amplification of soil {self.soil}", SS, "NTC 2018 Tab. 3.2.IV"),
-            Line("topography", ST, "NTC 2018 Tab. 3.2.V"),
+            Line("topography", f"S_T = {shown(self.ST)}, topography {self.topography}", "NTC 2018 Tab. 3.2.V"),
             Line("amplification", f"S = S_S S_T = {shown(self.S)}", "NTC 2018 (3.2.3)"),
-            Line("periods", CC, "NTC 2018 Tab. 3.2.IV"),
+            Line("periods", f"C_C = {power}{shown(self.CC)}", "NTC 2018 Tab. 3.2.IV"),
             Line(
                 "",
                 f"T_C = C_C T_C* = {shown(self.TC, 's')}, T_B = T_C/3 = {shown(self.TB, 's')}",
@@ -213,18 +197,10 @@ class NtcSpectrum:
         )
 
 
-def ntc_spectrum(
-    ag: QuantityLike,
-    F0: float,
-    Tc: QuantityLike,
-    soil: str,
-    topography: str = "T1",
-    *,
-    SS: float | None = None,
-    CC: float | None = None,
-    ST: float | None = None,
-) -> NtcSpectrum:
+def ntc_spectrum(ag: QuantityLike, F0: float, Tc: QuantityLike, soil: str, topography: str = "T1") -> NtcSpectrum:
     """Return the horizontal elastic spectrum of a site, NTC 2018 § 3.2.3.2.
+
+    A spectrum with other coefficients, such as of a local site response study, is a :func:`table_spectrum`.
 
     Parameters
     ----------
@@ -238,8 +214,6 @@ def ntc_spectrum(
         Category A to E, Table 3.2.II.
     topography
         Category T1 to T4, Table 3.2.III, on top of the slope or ridge.
-    SS, CC, ST : float
-        Coefficients that replace the values of Tables 3.2.IV and 3.2.V, for instance from a local site response study.
 
     Raises
     ------
@@ -263,17 +237,11 @@ def ntc_spectrum(
     between = f"{LEAST_F0} at least (NTC 2018 § 3.2), and {LARGEST_F0:g} at most"
     check(LEAST_F0 <= amplification <= LARGEST_F0, f"{who}: F0 {amplification:.4g}", between)
     check(0 < Tc_star <= 2, f"{who}: Tc {Tc_star:.4g} s", "a Tc* above 0 s and up to 2 s")
-    own = [
-        None if c is None else si(c, "dimensionless", f"{who}: {n}")
-        for n, c in zip(("SS", "CC", "ST"), (SS, CC, ST), strict=True)
-    ]
-    for name, value in zip(("SS", "CC", "ST"), own, strict=True):
-        check(value is None or 0.1 <= value <= 10, f"{who}: {name} {value}", "a coefficient from 0.1 to 10, or none")
-    found = NtcSpectrum(acceleration, amplification, Tc_star, soil, topography, *own)
+    found = NtcSpectrum(acceleration, amplification, Tc_star, soil, topography)
     check(
         found.TC <= found.TD,
         f"{who}: T_C = C_C Tc* = {shown(found.TC, 's')} is beyond T_D = {shown(found.TD, 's')}",
-        "a Tc* or a C_C that leaves it below",
+        "a Tc* that leaves it below",
     )
     return found
 

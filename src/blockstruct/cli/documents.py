@@ -150,9 +150,7 @@ def _checked(path: Path) -> bs.documents.Document:
 
 
 def _say_checked(document: bs.documents.Document) -> None:
-    from blockstruct.views.console import model_text
-
-    say(model_text(document.model))
+    say(document.model.summary())
     say(str(document.report))
     say(f"ready to run: {', '.join(case.name for case in document.cases)}")
 

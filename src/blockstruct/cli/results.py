@@ -94,28 +94,31 @@ def history(
         say("\n".join(analysis))
         return
     result = analysis[case]
+    some = slice(-1 if last else None, None)
     if pushover or result.response is not None:
-        _states(result, variable, interface, csv, last=last)
-        return
-    chosen = result.history.isel(iteration=slice(-1 if last else None, None))
-    if variable is None and interface is not None:
-        variable = "force"
-    if variable is None and csv is None:
-        out.print(iteration_table(chosen))
-        return
-    frame = chosen.blockstruct.frame(variable)
-    if interface is not None:
-        frame = _of_interface(frame, interface, chosen.interface.to_numpy().tolist())
+        frame = _states(result, variable, interface, some)
+        if csv is None and variable is None:
+            # The multiplier of a settlement is its reaction in another unit.
+            names = [name for name in _OF_STATES if name in frame]
+            frame = frame[[name for name in names if name != "load_factor" or "reaction [newton]" not in names]]
+    else:
+        chosen = result.history.isel(iteration=some)
+        if variable is None and interface is not None:
+            variable = "force"
+        if variable is None and csv is None:
+            out.print(iteration_table(chosen))
+            return
+        frame = chosen.blockstruct.frame(variable)
+        if interface is not None:
+            frame = _of_interface(frame, interface, chosen.interface.to_numpy().tolist())
     if csv is None:
         say(frame.to_string())
     else:
         _write_csv(frame, csv)
 
 
-def _states(
-    result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
-) -> None:
-    """Print the states of a pushover or of a record, or write them to a file."""
+def _states(result: bs.CaseResult, variable: str | None, interface: str | None, some: slice) -> pd.DataFrame:
+    """Return some states of a pushover or of a record."""
     from blockstruct.views.words import without_curve_words
 
     motion, dim = (result.capacity, "step") if result.response is None else (result.response, "time")
@@ -125,15 +128,7 @@ def _states(
     if interface is not None:
         msg = "--interface: moved blocks have no interfaces, contacts are found anew; leave it out"
         raise bs.errors.ModelError(msg)
-    frame = bs.results.capacity_frame(motion.isel({dim: slice(-1 if last else None, None)}), variable)
-    if csv is not None:
-        _write_csv(frame, csv)
-        return
-    if variable is None:
-        # The multiplier of a settlement is its reaction in another unit.
-        names = [name for name in _OF_STATES if name in frame]
-        frame = frame[[name for name in names if name != "load_factor" or "reaction [newton]" not in names]]
-    say(frame.to_string())
+    return bs.results.capacity_frame(motion.isel({dim: some}), variable)
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:
@@ -151,26 +146,18 @@ def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.D
 def archive(
     folder: Annotated[Path, argument("A folder of analysis files.")],
     where: Annotated[str | None, option('Rows to print, such as "load_factor < 0.3".')] = None,
-    all_columns: Annotated[
-        bool, option("Print every column: certificates, joints, settings, times.", "--all-columns")
-    ] = False,
     csv: CsvOption = None,
 ) -> None:
-    """Print a row for each case of the analyses in a folder and its subfolders."""
+    """Print a row for each case of the analyses in a folder and its subfolders; a CSV file has every column."""
     from blockstruct.views.console import archive_table
 
-    archive = bs.Archive(folder)
-    whole = csv is not None or all_columns
-    table = archive.select(where, all_columns=whole)
-    if csv is None:
-        if all_columns:
-            say(table.to_string())
-        else:
-            say_table(archive_table(table))
-        for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
-            say(f"{path}: {problem}")
+    table = bs.Archive(folder).select(where, all_columns=csv is not None)
+    if csv is not None:
+        _write_csv(table.set_index(["path", "case"]), csv)
         return
-    _write_csv(table.set_index(["path", "case"]), csv)
+    say_table(archive_table(table))
+    for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
+        say(f"{path}: {problem}")
 
 
 @app.command()
@@ -233,7 +220,8 @@ def report(
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
-    checks = verification.checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
+    wanted = {"confidence_factor": confidence_factor, "knowledge_level": knowledge_level, "method": method}
+    checks = verification.checks_of(analysis, spectrum, mode, case, wanted)
     _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it=show_it)
 
 
@@ -327,10 +315,7 @@ def _written(path: Path, *, show_it: bool = False) -> None:
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    from blockstruct.views.output import write_csv
+    from blockstruct.views.output import target_with, write_csv
 
-    if path.suffix.lower() != ".csv":
-        msg = f"{path}: give a name that ends in .csv"
-        raise bs.errors.StorageError(msg)
-    write_csv(frame, path)
+    write_csv(frame, target_with(path, ".csv"))
     say(f"{path}: {counted(len(frame), 'row')}")

@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -18,8 +18,6 @@ from blockstruct.errors import check_known, did_you_mean
 _SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
 #: Required and optional entries of a mode of the building, and an example.
 _MODE = ("T", "participation", "shape"), ("damping",), "T=0.4 s, participation=1.3, shape=0.9"
-#: Default method of a check.
-_LINEAR = "linear"
 _NO_PUSH = "a settlement has no push"
 
 SpectrumOption = Annotated[
@@ -39,7 +37,7 @@ ModeOption = Annotated[
 FactorOption = Annotated[float | None, option("FC of the Circolare 7/2019.", "--confidence-factor")]
 LevelOption = Annotated[str | None, option("LC1, LC2 or LC3, instead of FC.", "--knowledge-level")]
 MethodOption = Annotated[
-    str | None, option("Method that the check relies on: linear or displacement.", "--method", default=_LINEAR)
+    str | None, option("Method that the check relies on: linear or displacement.", "--method", default="linear")
 ]
 CaseOption = Annotated[str | None, option("Check one case; all with a push that converged otherwise.", "--case")]
 
@@ -66,12 +64,12 @@ def assess(
     An analysis file gives every formula of its checks. A model document is run in four directions with the dead load of
     its first case, and gives one verdict, a table and a report.
     """
+    wanted = {"confidence_factor": confidence_factor, "knowledge_level": knowledge_level, "method": method}
     if file.suffix.lower() in (".yaml", ".yml", ".json"):
         if case is not None:
             msg = f"{file}: --case chooses a case of an analysis file; give --direction for a model document"
             raise bs.errors.ModelError(msg)
-        demand = demand_of(spectrum or "", mode or ())
-        _building(file, demand, direction, output, store, confidence_factor, knowledge_level, method)
+        _building(file, demand_of(spectrum or "", mode or ()), direction, output, store, wanted)
         return
     if direction or output or store:
         msg = (
@@ -80,7 +78,7 @@ def assess(
         )
         raise bs.errors.ModelError(msg)
     analysis = bs.open_analysis(file)
-    for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
+    for check in checks_of(analysis, spectrum, mode, case, wanted):
         say(f"{check}\n")
     pushed = _pushed(analysis.headlines)
     # An infinite load factor needs no check.
@@ -96,9 +94,7 @@ def _building(
     directions: Sequence[str] | None,
     output: Path | None,
     store: Path | None,
-    factor: float | None,
-    level: str | None,
-    method: str | None,
+    wanted: Mapping[str, Any],
 ) -> None:
     """Run and check a model document in several directions, and write its report."""
     document = bs.read_document(file)
@@ -111,10 +107,8 @@ def _building(
             demand,
             store=store,
             directions=directions or bs.assess.DIRECTIONS,
-            confidence_factor=factor,
-            knowledge_level=level,
-            method=method or _LINEAR,
             settings=bs.ProcedureSettings.of(document.settings),
+            **_given(wanted),
         )
     say(str(building))
     if output is not None:
@@ -125,23 +119,16 @@ def checks_of(
     analysis: bs.Analysis,
     spectrum: str | None,
     modes: Sequence[str] | None,
-    factor: float | None,
-    level: str | None,
-    method: str | None,
-    *,
-    only: str | None = None,
+    only: str | None,
+    wanted: Mapping[str, Any],
 ) -> list[bs.assess.LocalMechanismCheck]:
-    """Return the checks of one case, or of all with a push and a load factor; none without a spectrum."""
+    """Return the checks of one case, or of all with a push and a load factor; none without a spectrum.
+
+    ``wanted`` holds the confidence factor, the level of knowledge and the method; None for each that is not given.
+    """
     if spectrum is None:
-        check_options = {
-            "--confidence-factor": factor,
-            "--knowledge-level": level,
-            "--mode": modes or None,
-            "--method": method,
-            "--case": only,
-        }
-        alone = [option for option, value in check_options.items() if value is not None]
-        if alone:
+        options = {**wanted, "mode": modes or None, "case": only}
+        if alone := [f"--{name.replace('_', '-')}" for name in _given(options)]:
             verb = "belongs" if len(alone) == 1 else "belong"
             msg = f"{', '.join(alone)} {verb} to a check; give --spectrum, too"
             raise bs.errors.ModelError(msg)
@@ -151,9 +138,7 @@ def checks_of(
     for name in _checked(analysis, only):
         of = spreads.get(name, analysis[name])
         try:
-            checks.append(
-                bs.assess.local_mechanism(of, factor, demand, knowledge_level=level, method=method or _LINEAR)
-            )
+            checks.append(bs.assess.local_mechanism(of, spectrum=demand, **_given(wanted)))
         except bs.errors.ModelError as error:
             refused.append((name, error))
     if refused:
@@ -164,6 +149,11 @@ def checks_of(
             first.add_note(f"no check of {without}; the other cases have one: {with_one}")
         raise first
     return checks
+
+
+def _given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that are given."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _pushed(heads: Mapping[str, bs.results.Headline]) -> dict[str, bs.results.Headline]:

@@ -324,11 +324,11 @@ def drawing_content(  # noqa: PLR0913
     check_layers({*of_layers, *fixed_layers}, known, path)
     for entity, layer, handle in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
-            reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
+            reading.left_out.add(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
         elif entity.dxf.get("invisible", 0):
-            reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is hidden", handle)
+            reading.left_out.add(f"{entity.dxftype()} on layer {layer}, which is hidden", handle)
         elif layer not in of_layers:
-            reading.leave_out(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
+            reading.left_out.add(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
         else:
             reading.add(entity, layer, handle)
     _leave_out_paper_space(drawing, listed, reading)
@@ -358,10 +358,6 @@ class _Reading:
     loose: dict[str, list[Array]] = field(default_factory=dict)
     repairs: list[Repair] = field(default_factory=list)
     left_out: LeftOut = field(default_factory=LeftOut)
-
-    def leave_out(self, what: str, handle: str, detail: str = "") -> None:
-        """Note an ignored entity."""
-        self.left_out.add(what, f"{handle}{detail}")
 
     def add(self, entity: Any, layer: str, handle: str) -> None:
         """Add an entity, or note that it is ignored."""
@@ -397,7 +393,7 @@ class _Reading:
             corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in drawn]
             self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
         elif kind == "MESH" and entity.dxf.get("subdivision_levels", 0):
-            self.leave_out(f"MESH on layer {layer} that is drawn smoothed, to be drawn at smoothness 0", handle)
+            self.left_out.add(f"MESH on layer {layer} that is drawn smoothed, to be drawn at smoothness 0", handle)
         elif kind == "MESH" or (kind == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh)):
             builder = package("ezdxf.render", "cad", str(self.path)).MeshBuilder
             mesh = builder.from_mesh(entity) if kind == "MESH" else builder.from_polyface(entity)
@@ -407,18 +403,18 @@ class _Reading:
             self.loose.setdefault(layer, []).append(np.array([tuple(v) for v in entity.wcs_vertices()], dtype=float))
         else:
             remedy = ", to be exported as a mesh" if kind in _SOLID_MODELS else ""
-            self.leave_out(f"{kind} on layer {layer}{remedy}", handle)
+            self.left_out.add(f"{kind} on layer {layer}{remedy}", handle)
 
     def _polyline(
         self, entity: Any, layer: str, handle: str, corners: list[tuple[float, float, float, float]], *, closed: bool
     ) -> None:
         if len(corners) < 2:
-            self.leave_out(f"polyline of fewer than two corners on layer {layer}", handle)
+            self.left_out.add(f"polyline of fewer than two corners on layer {layer}", handle)
             return
         ocs = entity.ocs()
         if abs(ocs.uz.z) < 1 - ROUNDING:
             remedy = "to be drawn in it or exported as a mesh"
-            self.leave_out(f"polyline out of the drawing plane on layer {layer}, {remedy}", handle)
+            self.left_out.add(f"polyline out of the drawing plane on layer {layer}, {remedy}", handle)
             return
         points = np.array([tuple(ocs.to_wcs(c[:3])) for c in corners], dtype=float)
         x, y, level = points[0]
@@ -429,15 +425,15 @@ class _Reading:
             points[:, :2], bulges, closed=closed, segments=self.segments or 1, tolerance=self.closing
         )
         if isinstance(outline, float):
-            gap = f" (ends {outline * self.scale:.3g} m apart)"
-            self.leave_out(f"open polyline on layer {layer}", handle, gap)
+            gap = f"(ends {outline * self.scale:.3g} m apart)"
+            self.left_out.add(f"open polyline on layer {layer}", f"{handle} {gap}")
             return
         if np.any(bulges) and self.segments is None:
             msg = f"{who} has arcs; give segments, the number of straight pieces for each arc"
             raise GeometryFileError(msg)
         size = float(np.ptp(points, axis=0).max())
         if len(outline.corners) < 3 or enclosed(outline.corners) <= NEGLIGIBLE * size**2:
-            self.leave_out(f"polyline without area on layer {layer}", handle)
+            self.left_out.add(f"polyline without area on layer {layer}", handle)
             return
         # Signed thickness along z; the normal of the polyline may look down.
         signed = entity.dxf.get("thickness", 0.0) * float(np.sign(ocs.uz.z))
@@ -498,7 +494,7 @@ def _leave_out_paper_space(drawing: Any, listed: Mapping[str, str], reading: _Re
         for entity in drawn:
             layer = entity.dxf.layer if entity.dxf.hasattr("layer") else "0"
             layer = listed.get(layer.lower(), layer)
-            reading.leave_out(f"{entity.dxftype()} on layer {layer} in paper space, {sheet.name}", entity.dxf.handle)
+            reading.left_out.add(f"{entity.dxftype()} on layer {layer} in paper space, {sheet.name}", entity.dxf.handle)
 
 
 def _entities(
@@ -515,18 +511,18 @@ def _entities(
         if entity.dxftype() != "INSERT":
             yield entity, layer, handle
         elif (block := entity.block()) is None:
-            reading.leave_out(f"block {entity.dxf.get('name', '')!r}, which the drawing does not have", handle)
+            reading.left_out.add(f"block {entity.dxf.get('name', '')!r}, which the drawing does not have", handle)
         elif block.block.is_xref or block.block.is_xref_overlay:
-            reading.leave_out(f"block {entity.dxf.name!r}, which is another drawing, to be bound to this one", handle)
+            reading.left_out.add(f"block {entity.dxf.name!r}, another drawing, to be bound to this one", handle)
         elif layer.lower() in reading.frozen or entity.dxf.get("invisible", 0):
             # A frozen or hidden insert hides the whole block. If its layer is off, the layers inside count.
-            reading.leave_out(f"block {entity.dxf.name!r} on layer {layer}, which is hidden or frozen there", handle)
+            reading.left_out.add(f"block {entity.dxf.name!r} on layer {layer}, which is hidden or frozen there", handle)
         elif depth == DEPTH:
-            reading.leave_out(f"block {entity.dxf.name!r}, {DEPTH} blocks deep", handle)
+            reading.left_out.add(f"block {entity.dxf.name!r}, {DEPTH} blocks deep", handle)
         else:
 
             def skipped(inner: Any, reason: str, layer: str = layer, handle: str = handle) -> None:
-                reading.leave_out(f"{inner.dxftype()} in a block on layer {layer} ({reason})", handle)
+                reading.left_out.add(f"{inner.dxftype()} in a block on layer {layer} ({reason})", handle)
 
             for single in entity.multi_insert() if entity.mcount > 1 else [entity]:
                 parts = single.virtual_entities(skipped_entity_callback=skipped)

@@ -108,11 +108,11 @@ class Certificate:
         return f"certificate {'holds' if self.holds else 'does not hold'}"
 
     def __str__(self) -> str:
-        lines = [f"  {name + ':':<13}{text} (tolerance {limit})" for name, text, limit in self._rows()]
+        lines = [f"  {name + ':':<13}{text} (tolerance {limit})" for name, text, limit in self.rows]
         return "\n".join([self.verdict, *lines])
 
     def _repr_html_(self) -> str:
-        return html_table(self.verdict, ["", "", "tolerance"], self._rows())
+        return html_table(self.verdict, ["", "", "tolerance"], self.rows)
 
     @property
     def texts(self) -> dict[str, tuple[str, str]]:
@@ -122,8 +122,9 @@ class Certificate:
             for measure, limit in self.tolerances.items()
         }
 
-    def _rows(self) -> list[tuple[str, str, str]]:
-        """Return the name of each measure, its sentence and its tolerance."""
+    @property
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Name of each measure, its sentence and its tolerance."""
         rows = [(*_JUDGED[measure], *texts) for measure, texts in self.texts.items()]
         return [(name, sentence.format(value), limit) for name, sentence, value, limit in rows]
 

@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from math import hypot
-from numbers import Real
 from typing import Any, NamedTuple, Self, TypeGuard
 
 import numpy as np
 from attrs import evolve, field, frozen
 
 from blockstruct.arrays import Array
-from blockstruct.errors import DimensionError, ModelError, shown
+from blockstruct.errors import BlockstructError, DimensionError, ModelError, shown
 from blockstruct.files import MOST_READ
 from blockstruct.model.fields import (
     AXES_BY_NAME,
@@ -225,20 +224,14 @@ def _control(value: Any, what: str = "") -> tuple[str, Vector]:
         'control=("top", "+x") or control=("top", (0.6, 0.8, 0))'
     )
     is_alone = value in AXES_BY_NAME if isinstance(value, str) else isinstance(value, Sequence) and len(value) == 3
-    if is_alone:
-        value = ("", value)
-    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
-        raise ModelError(msg)
-    block, direction = value
-    if isinstance(direction, str):
-        direction = AXES_BY_NAME.get(direction.strip(), direction)
-    components = list(direction) if np.iterable(direction) and not isinstance(direction, str) else []
-    if not isinstance(block, str) or not (block or is_alone) or len(components) != 3:
-        raise ModelError(msg)
-    if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in components):
-        raise ModelError(msg)
-    x, y, z = map(float, components)
-    if not np.finfo(float).tiny <= hypot(x, y, z) < np.inf:
+    try:
+        block, direction = ("", value) if is_alone else value
+        if isinstance(direction, str):
+            direction = AXES_BY_NAME.get(direction.strip(), direction)
+        x, y, z = si_vector(direction, "dimensionless", what)
+    except (BlockstructError, TypeError, ValueError):
+        raise ModelError(msg) from None
+    if not isinstance(block, str) or not (block or is_alone) or not np.finfo(float).tiny <= hypot(x, y, z) < np.inf:
         raise ModelError(msg)
     return block, unit_vector_along(x, y, z)
 

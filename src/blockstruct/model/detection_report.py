@@ -14,8 +14,8 @@ from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
 from blockstruct.vocabulary import JointOrientation, counted, shortened
 
-#: Kind of the contacts that the console does not list: there may be thousands.
-BETWEEN_SUPPORTS = "between supports, left out"
+#: Kinds of findings that the console counts and does not list: there may be thousands.
+_COUNTED = ("between supports, left out", "touch along a line only")
 #: End of the reason of contacts with other blocks between their faces.
 _BETWEEN = " between"
 
@@ -222,16 +222,22 @@ class DetectionReport(ModelObject):
                 f"gap tolerance of {wide:.3g} m would close them where faces are parallel; compare both load factors"
             )
             hints.append((0, f"{counted(len(open_joints), 'pair')} {taken}"))
+        if small := self.accepted_slivers:
+            taken = f"an area tolerance of {self.sliver_tolerance:.2g} m² leaves them out"
+            much = f"{1 / SLIGHT:.0f} times smaller than joints next to them, may raise the load factor"
+            hints.append((0, f"{counted(len(small), 'sliver')} among the interfaces, {much}: {taken}"))
         return tuple(text for _, text in sorted(hints, reverse=True))
 
     def listing(self) -> list[tuple[str, list[str]]]:
         """Return the findings by kind, one text per finding, as console and report print them."""
         untouched, pairs = set(self.untouched), [c for c in self.rejected if c.reason != "area"]
-        apart = [pair for pair in self.close if pair[2] > self.tolerances.gap]
+        apart, on_line = (
+            [pair for pair in self.close if (pair[2] > self.tolerances.gap) is is_apart] for is_apart in (True, False)
+        )
         kinds = {
             "accepted sliver": [f"{c.minus} | {c.plus}: {c.area:.3g} m²" for c in self.accepted_slivers],
             "sliver left out": [f"{a} | {b}: {area:.3g} m²" for a, b, area in self.slivers],
-            BETWEEN_SUPPORTS: [f"{a} | {b}" for a, b in self.between_supports],
+            _COUNTED[0]: [f"{a} | {b}" for a, b in self.between_supports],
             "block without interface": list(self.untouched),
             "rejected": [
                 f"{c.minus} | {c.plus}: {c.reason}, gap {_length(c.gap)}, angle {_angle(c.angle)}, "
@@ -242,6 +248,7 @@ class DetectionReport(ModelObject):
             "face not plane": [f"{b}, face {f}: {_length(off)} off its plane" for b, f, off in self.nonplanar_faces],
             "floating block": [b for b in self.floating if b not in untouched],
             "close without contact": [f"{a} | {b}: {_length(distance)} apart, no force" for a, b, distance in apart],
+            _COUNTED[1]: [f"{a} | {b}" for a, b, _ in on_line],
         }
         return [(kind, texts) for kind, texts in kinds.items() if texts]
 
@@ -296,40 +303,16 @@ class DetectionReport(ModelObject):
     def __str__(self) -> str:
         t = self.tolerances
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
-        other, small = [c for c in self.rejected if c.reason != "area" and not c.is_hidden], self.accepted_slivers
-        hidden = sum(c.is_hidden for c in self.rejected)
-        apart = [c for c in self.close if c[2] > t.gap]
-        near, nonplanar = len(self.near_misses), len(self.nonplanar_faces)
-        on_line = len(self.close) - len(apart)
-        findings = {
-            f"{counted(len(self.slivers), 'sliver')} left out": len(self.slivers),
-            f"{counted(len(self.between_supports), 'contact')} between supports left out": len(self.between_supports),
-            f"{counted(len(self.untouched), 'block')} without interface": len(self.untouched),
-            f"{counted(len(other), 'contact')} rejected by gap, penetration or angle": len(other),
-            f"{counted(near, 'near miss', 'near misses')} within twice the tolerances": near,
-            counted(len(self.overlaps), "overlap"): len(self.overlaps),
-            counted(nonplanar, "non-planar face"): nonplanar,
-            counted(len(self.floating), "floating block"): len(self.floating),
-            f"{counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart": len(apart),
-            f"{counted(on_line, 'pair')} that touch on a line only": on_line,
-            f"{counted(hidden, 'contact')} rejected, in whole or in part, for a block between": hidden,
-        }
         total = f"{counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2"
         lines = [
             f"{total} (gap tolerance {t.gap:.3g} m, angle {math.degrees(t.angle):.3g} deg)",
             f"joints: {', '.join(joints) or 'none'}",
-            *(sentence for sentence, count in findings.items() if count),
             *self.hints,
         ]
-        if small:
-            lines.append(
-                f"{counted(len(small), 'sliver')} among the interfaces, {1 / SLIGHT:.0f} times smaller than joints "
-                "beside them, may raise the load factor: "
-                f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
-            )
         for kind, texts in self.listing():
-            if kind != BETWEEN_SUPPORTS:
-                lines += [f"  {kind}: {text}" for text in shortened(texts, "{} more".format)]
+            lines.append(f"{kind}: {len(texts)}")
+            if kind not in _COUNTED:
+                lines += [f"  {text}" for text in shortened(texts, "{} more".format)]
         return "\n".join(lines)
 
 

@@ -129,6 +129,8 @@ class Model(ModelObject):
         corners = np.concatenate([b.shape.vertices for b in self.blocks if not b.fixed])
         extent = " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0))
         rows = [("blocks", f"{self._size}; the free ones weigh {self.weight / 1e3:.4g} kN and extend over {extent} m")]
+        supports = [f"{b.name} (holds {', '.join(b.held)})" if b.is_roller else b.name for b in self.blocks if b.held]
+        rows.append(("supports", listed(supports)))
         rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
         rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
         rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
+from blockstruct.errors import ModelError, StorageError, UnknownNameError, check_known, shown
 from blockstruct.files import csv_text, writing
 from blockstruct.results import interfaces
 from blockstruct.units import Q_
@@ -38,12 +38,10 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
         data = history[[variable]]
     elif variable == "state":
         data = interfaces.contact_state(history).to_dataset(name="state")
-    elif variable in ("force", "moment", "eccentricity"):
-        data = interfaces.interface_resultants(history)[[variable]]
     else:
-        known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
-        msg = f"history: no variable {shown(variable)}; it has {', '.join(known)}"
-        raise UnknownNameError(msg)
+        resultants = interfaces.interface_resultants(history)
+        check_known(variable, [*map(str, history.data_vars), "state", *map(str, resultants)], "history: no variable")
+        data = resultants[[variable]]
     if "contact_point" in data.dims:
         of_point = ("contact_point", data["contact_point"].to_numpy())
         data = data.drop_vars("contact_point").assign_coords(interface_of_contact_point=of_point)
@@ -77,9 +75,8 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
         largest = (capacity["displacement"] ** 2).sum("axis").max("block") ** 0.5
         capacity = capacity.assign(largest_displacement=largest.assign_attrs(units="meter"))
     names = [str(name) for name in capacity.data_vars if dim in capacity[name].dims]
-    if variable is not None and variable not in names:
-        msg = f"{what}: no variable {shown(variable)}; it has {', '.join(names)}"
-        raise UnknownNameError(msg)
+    if variable is not None:
+        check_known(variable, names, f"{what}: no variable")
     chosen = [variable] if variable else [name for name in names if capacity[name].dims == (dim,)]
     data = capacity[chosen].reset_coords(place)
     return _frame(data[[*place, *chosen]], set(data.dims))
@@ -203,11 +200,7 @@ class HistoryAccessor:
             ``force`` (N, V_s, V_t) and ``moment`` (torsion M_n, bending M_s, M_t), each (iteration, component), and
             ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities.
         """
-        index = self._index_of(interface)
-        points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
-        alone = self._ds.isel(contact_point=points, interface=[index])
-        alone = alone.assign_coords(interface_of_contact_point=("contact_point", np.zeros(len(points), dtype=int)))
-        resultants = interfaces.interface_resultants(alone).isel(interface=0)
+        resultants = interfaces.interface_resultants(self._ds).isel(interface=self._index_of(interface))
         return {str(name): _quantity(array) for name, array in resultants.data_vars.items()}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
@@ -227,9 +220,7 @@ class HistoryAccessor:
         UnknownNameError
             If the history does not have the variable or a name.
         """
-        if variable not in self._ds:
-            msg = f"history: no variable {shown(variable)}; it has {', '.join(map(str, self._ds.data_vars))}"
-            raise UnknownNameError(msg)
+        check_known(variable, map(str, self._ds.variables), "history: no variable")
         array = self._ds[variable]
         try:
             names = {d: v for d, v in selection.items() if isinstance(v, str)}
@@ -298,14 +289,9 @@ class HistoryAccessor:
 
         The state may be alone or combined.
         """
-        known = [s.value for s in ContactState]
-        if state not in known:
-            msg = f"history: no state {shown(state)}; give one of {', '.join(known)}"
-            raise UnknownNameError(msg)
-        states = interfaces.contact_state(history).transpose("iteration", "interface").to_numpy()
-        values, index = np.unique(states.astype(str), return_inverse=True)
-        of_value = np.array([state in value.split(" + ") for value in values], dtype=bool)
-        return of_value[index].reshape(states.shape)
+        check_known(state, list(ContactState), "history: no state")
+        states = interfaces.contact_state(history).transpose("iteration", "interface")
+        return np.asarray(states.str.contains(state))
 
 
 def _quantity(array: xr.DataArray) -> Any:

@@ -15,10 +15,11 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from blockstruct.arrays import NEGLIGIBLE
-from blockstruct.errors import ModelError, UnitError, UnknownNameError, made_again, shown
+from blockstruct.errors import ModelError, UnitError, check_known, made_again, shown
 from blockstruct.model import Case, Model, checked_name, checked_text, checked_tuple
 from blockstruct.notebook import html_table, in_notebook
-from blockstruct.results.case_result import CaseResult, Headline
+from blockstruct.results.case_result import CaseResult
+from blockstruct.text.headline import Headline
 from blockstruct.units import Q_, in_si, parse
 from blockstruct.vocabulary import LISTED, Flow, Procedure, Status, counted
 
@@ -358,9 +359,7 @@ class Analysis(Mapping[str, CaseResult]):
         return evolve(self, **changes)
 
     def __getitem__(self, name: str) -> CaseResult:
-        if name not in self.results:
-            msg = f"analysis of {self.model.name!r}: no case {name!r}; it has {', '.join(self.results) or 'none'}"
-            raise UnknownNameError(msg)
+        check_known(name, self.results, f"analysis of {self.model.name!r}: no case")
         return self.results[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -370,16 +369,16 @@ class Analysis(Mapping[str, CaseResult]):
         return len(self.results)
 
     def __repr__(self) -> str:
-        ends = ", ".join(f"{r.name}: {r.answer.text(r.load_factor, 4)}" for r in list(self.results.values())[:LISTED])
+        ends = ", ".join(f"{r.name}: {r.number()[1]}" for r in list(self.results.values())[:LISTED])
         more = f", … {len(self)} cases" if len(self) > LISTED else ""
         return f"<Analysis of {self.model.name!r}, {ends}{more}>"
 
     def _repr_html_(self) -> str:
         rows = [
-            (r.name, r.case.flow, r.status.words, r.answer.text(r.load_factor, 6), r.n_iterations, f"{r.duration:.2f}")
+            (r.name, r.case.flow, r.status.words, r.number(6)[1], r.n_iterations, f"{r.duration:.2f}")
             for r in self.values()
         ]
-        answers = " / ".join(dict.fromkeys(r.answer.name for r in self.values())) or "load factor"
+        answers = " / ".join(dict.fromkeys(r.number()[0] for r in self.values())) or "load factor"
         columns = ["case", "flow", "status", answers, "numerical iterations", "time [s]"]
         notes = [f"{name}: {spread.headline}" for name, spread in self.spreads.items()]
         return html_table(f"Analysis of {self.model.name}", columns, rows, notes)

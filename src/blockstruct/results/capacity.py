@@ -1,7 +1,7 @@
 """Capacity curves and responses to records: every state of blocks in motion as one xarray Dataset."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from blockstruct.motion.state import MotionState, largest_displacement
 from blockstruct.results.ties import break_points
 from blockstruct.schema import Stated, dressed, stated
 from blockstruct.statics.moved import Placement
-from blockstruct.text.case import doubtful_part, response_sentences
+from blockstruct.text.case import DoubtfulPart, response_sentences
 from blockstruct.text.note import EFFECT
 from blockstruct.vocabulary import AXES, CurveDoubt
 
@@ -105,35 +105,6 @@ def _values_of(kind: type[MotionState | RecordState], model: Model, arrays: Arra
         values["tie"] = np.array([segment.name for segment in segments], dtype=object)
         values["tie_elongation_limit"] = np.array([segment.elongation_limit for segment in segments])
     return values
-
-
-@dataclass(frozen=True, slots=True)
-class DoubtfulPart:
-    """A part of a capacity curve that may depend on its steps.
-
-    Attributes
-    ----------
-    doubt : CurveDoubt
-    displacement, load_factor : tuple of float
-        Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
-        between the first state and the highest. If the curve begins too high, the first load factor is that of the
-        collapse state.
-    missed : float
-        Work that the step to the last of these states misses, relative to all work so far.
-    procedure : str
-        Procedure of the settings, which found the collapse state.
-    has_ties : bool
-    """
-
-    doubt: CurveDoubt
-    displacement: tuple[float, float]
-    load_factor: tuple[float, float]
-    missed: float
-    procedure: str
-    has_ties: bool
-
-    def __str__(self) -> str:
-        return doubtful_part(**asdict(self))
 
 
 def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.nan) -> list[DoubtfulPart]:
@@ -244,33 +215,35 @@ def _of_ties(capacity: xr.Dataset) -> Flags:
     return sudden
 
 
-def _lacking(name: str, variable: Stated, n: int) -> NDArray[Any]:
-    """Return the values of a variable that a motion lacks, along its first dimension of size n.
+def _arrays_of(kind: type[MotionState | RecordState], motion: xr.Dataset) -> dict[str, NDArray[Any]]:
+    """Return the values of the states of a curve or a response, as of :func:`state_arrays`.
 
-    They are empty without ties or cells, or what they are without joints that crush.
+    Variables that it lacks are empty without ties or cells, or what they are without joints that crush.
     """
-    shape = (n, 0, len(AXES))[: len(variable.dims)]
-    return np.empty(shape) if len(shape) > 1 else np.full(n, _WITHOUT_CELLS[name])
+    dim, of_contact = ("step", "step_of_contact") if kind is MotionState else ("time", "state_of_contact")
+    arrays = {"loaded_points": np.bincount(motion[of_contact].to_numpy(), minlength=motion.sizes[dim])}
+    for name, variable in state_variables(kind).items():
+        shape = (*(motion.sizes[d] for d in variable.dims[:1]), 0, len(AXES))[: len(variable.dims)]
+        lacking = np.full(shape, _WITHOUT_CELLS.get(name, np.nan))
+        arrays[name] = motion[name].to_numpy() if name in motion else lacking
+    return arrays
+
+
+def _state_of(kind: Any, arrays: Arrays, k: int) -> Any:
+    """Return a state of the arrays of several."""
+    end, values = int(arrays["loaded_points"][: k + 1].sum()), {}
+    variables, points = state_variables(kind), slice(end - int(arrays["loaded_points"][k]), end)
+    for field in fields(kind):
+        part: Any = arrays[field.name][points if "contact" in variables[field.name].dims else k]
+        plain: Any = field.type
+        values[field.name] = part if part.ndim else plain(part)
+    return kind(**values)
 
 
 def steps_of(capacity: xr.Dataset) -> list[MotionState]:
     """Return the states of a capacity curve."""
-    n, known = capacity.sizes["step"], state_variables(MotionState)
-    of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
-    columns: dict[str, Any] = {}
-    for field in fields(MotionState):
-        dims = known[field.name].dims
-        if field.name in capacity:
-            values = capacity[field.name].to_numpy()
-        else:
-            values = _lacking(field.name, known[field.name], capacity.sizes[dims[0]])
-        if "contact" in dims:
-            columns[field.name] = np.split(values, of_next)
-        elif dims != ("step",):
-            columns[field.name] = values
-        else:
-            columns[field.name] = [bool(v) if field.type is bool else v for v in values.tolist()]
-    return [MotionState(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
+    arrays = _arrays_of(MotionState, capacity)
+    return [_state_of(MotionState, arrays, k) for k in range(capacity.sizes["step"])]
 
 
 def block_rotations(capacity: xr.Dataset) -> Array:
@@ -300,26 +273,14 @@ def response_of(model: Model, arrays: Arrays) -> xr.Dataset:
 
 def arrays_of_response(response: xr.Dataset) -> dict[str, NDArray[Any]]:
     """Return the values of the states of a response: the inverse of :func:`response_of`."""
-    n = response.sizes["time"]
-    arrays = {
-        name: response[name].to_numpy() if name in response else _lacking(name, variable, n)
-        for name, variable in state_variables(RecordState).items()
-    }
-    arrays["time_step"] = np.full(n, float(response["time_step"]))
-    arrays["loaded_points"] = np.bincount(response["state_of_contact"].to_numpy(), minlength=n)
-    return arrays
+    arrays = _arrays_of(RecordState, response)
+    return arrays | {"time_step": np.full(response.sizes["time"], arrays["time_step"])}
 
 
 def beginning_of(response: xr.Dataset) -> tuple[int, RecordState]:
     """Return the last state from which a response is continued, and its index."""
     k = int(np.flatnonzero(response["finds_contacts"].to_numpy())[-1])
-    of_state, arrays = response["state_of_contact"].to_numpy() == k, arrays_of_response(response)
-    values: dict[str, Any] = {}
-    for name, variable in state_variables(RecordState).items():
-        array = arrays[name] if variable.dims else response[name].to_numpy()
-        at = () if not variable.dims else of_state if "contact" in variable.dims else k
-        values[name] = array[at] if len(variable.dims) > 1 or "contact" in variable.dims else array[at].item()
-    return k, RecordState(**values | {"finds_contacts": True})
+    return k, _state_of(RecordState, arrays_of_response(response), k)
 
 
 def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
@@ -332,23 +293,4 @@ def fallen_blocks(model: Model, response: xr.Dataset) -> list[str]:
 
 def response_words(model: Model, response: xr.Dataset) -> list[str]:
     """Return the sentences on a response: largest and remaining displacement, fallen blocks, ties, steps."""
-    last = response.isel(time=-1)
-    at_end = np.linalg.norm(last["displacement"].to_numpy(), axis=1)
-    largest, remaining = (
-        (float(size.max()), str(response["block"].to_numpy()[size.argmax()]))
-        for size in (last["peak_displacement"].to_numpy(), at_end)
-    )
-    ties = []
-    if "tie_break_time" in response:
-        of_ties = (last[name].to_numpy().tolist() for name in ("tie", "peak_tie_elongation", "tie_break_time"))
-        ties = list(zip(*of_ties, strict=True))
-    return response_sentences(
-        largest=largest,
-        remaining=remaining,
-        fallen=fallen_blocks(model, response),
-        ties=ties,
-        crushed=float(last["largest_crushed_depth"]) if "largest_crushed_depth" in last else 0.0,
-        end=float(last["time"]),
-        step=float(response["time_step"]),
-        steps=int(last["steps"]),
-    )
+    return response_sentences(response, fallen_blocks(model, response))

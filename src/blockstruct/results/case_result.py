@@ -9,117 +9,27 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.arrays import Array, Flags
-from blockstruct.errors import ModelError, shown
+from blockstruct.arrays import Flags
+from blockstruct.errors import ModelError, check_known
 from blockstruct.limit import Certificate, LimitProblem, Outcome
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, are_admissible
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import Case, LoadPattern, Model, SelfWeight, SettlementCase, has_curve
 from blockstruct.motion.state import CurveOutcome
 from blockstruct.notebook import html_table
-from blockstruct.results.capacity import DoubtfulPart, doubtful_parts, response_words
-from blockstruct.results.interfaces import (
-    active_joints,
-    at_points,
-    biaxial_crushing,
-    contact_state,
-    crushing_in_cells,
-    interface_resultants,
-    support_reactions,
-    torsion_notes,
-    utilisation,
-)
+from blockstruct.results import interfaces
+from blockstruct.results.capacity import doubtful_parts, response_words
 from blockstruct.results.mechanism import MacroBlock, body_table, macro_blocks, mechanism
 from blockstruct.results.ties import broken_ties, tie_sentences, ties_at_collapse
 from blockstruct.statics.statics import Statics
 from blockstruct.text import case as case_text
 from blockstruct.text import mechanism as mechanism_text
 from blockstruct.text import note as note_text
+from blockstruct.text.case import DoubtfulPart
+from blockstruct.text.headline import Headline
 from blockstruct.text.note import Note, NoteCode, Severity
-from blockstruct.text.numbers import LOAD_FACTOR, Answer
+from blockstruct.text.numbers import Answer
 from blockstruct.vocabulary import ContactState, Flow, Stage, Status, shortened
-
-
-@dataclass(frozen=True, slots=True)
-class Headline:
-    """Load factor of a case, with its range and the associative bound.
-
-    Attributes
-    ----------
-    outcome : Outcome
-        How the case ended.
-    flow : Flow
-    associative : float
-        Load factor with associative flow, an upper bound of every other flow rule; infinite if unbounded, NaN if
-        unknown.
-    path_range : tuple of float or None
-        Lowest and highest load factor of the variants of the loading path; None if they were not run.
-    answer : Answer
-        Name and unit of the number. The reaction of a settlement is minus its load factor times a force, so the lowest
-        load factor is the largest reaction.
-    hung : tuple of str
-        Blocks whose dead load depends on self-stress.
-    """
-
-    outcome: Outcome
-    flow: Flow
-    associative: float = np.nan
-    path_range: tuple[float, float] | None = None
-    answer: Answer = field(default=LOAD_FACTOR, repr=False)
-    hung: tuple[str, ...] = ()
-
-    @property
-    def status(self) -> Status:
-        """How the case ended."""
-        return self.outcome.status
-
-    @property
-    def settled(self) -> bool:
-        """Whether the load factor had settled when the procedure ended."""
-        return self.outcome.settled
-
-    @property
-    def load_factor(self) -> float:
-        """Load factor; infinite if unbounded, NaN with any other status."""
-        return self.outcome.load_factor
-
-    @property
-    def lowest(self) -> float:
-        """Load factor, or the lowest of the loading paths if that is lower."""
-        return self.load_factor if self.path_range is None else min(self.load_factor, self.path_range[0])
-
-    @property
-    def highest(self) -> float:
-        """Load factor, or the highest of the loading paths if that is higher."""
-        return self.load_factor if self.path_range is None else max(self.load_factor, self.path_range[1])
-
-    @property
-    def number(self) -> str:
-        """Load factor or reaction to four digits, ``infinite`` or ``none``."""
-        return self.answer.text(self.load_factor, 4)
-
-    @property
-    def range(self) -> str:
-        """Text of the range; empty without variants of the loading path."""
-        return case_text.range_text(self.path_range, self.answer)
-
-    @property
-    def bound(self) -> str:
-        """Text of the bound of a non-associative case; empty if unknown."""
-        if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
-            return ""
-        bounded = np.isfinite(self.associative)
-        return f"associative bound {self.answer.text(self.associative)}" if bounded else "no associative bound"
-
-    def text(self, digits: int = 4) -> str:
-        """Return the sentence on the case, with a number of significant digits."""
-        return case_text.sentence(
-            self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
-        )
-
-    def __str__(self) -> str:
-        return self.text()
-
 
 _FAILING = {
     ContactState.HINGE: "Hinges",
@@ -172,7 +82,7 @@ def failures(history: xr.Dataset) -> str:
 
     The last iteration counts.
     """
-    states = active_joints(history).head(3)["state"]
+    states = interfaces.active_joints(history).head(3)["state"]
     return mechanism_text.failure_clause(zip(states.index.astype(str), states, strict=True))
 
 
@@ -183,19 +93,16 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
     largest, :data:`blockstruct.text.mechanism.SMALL`, are left out.
     """
     last = history.isel(iteration=-1)
-    state = contact_state(last)
-    index = last["interface_of_contact_point"].to_numpy()
-    force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
+    state = interfaces.contact_state(last)
+    force, v = (interfaces.at_points(last, name) for name in ("contact_force", "relative_velocity"))
 
-    def per_joint(values: Array) -> Array:
-        return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
-
-    friction = per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))
+    pressed, opens = (interfaces.sum_of_points(last, part) for part in (force[:, 0], np.maximum(v[:, 0], 0.0)))
+    friction = interfaces.sum_of_points(last, -np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))
     measures = {
-        ContactState.HINGE: per_joint(force[:, 0]) * per_joint(np.maximum(v[:, 0], 0.0)),
+        ContactState.HINGE: pressed * opens,
         ContactState.SLIDING: friction,
         ContactState.TWISTING: friction,
-        ContactState.CRUSHING: per_joint(np.maximum(-force[:, 0] * v[:, 0], 0.0)),
+        ContactState.CRUSHING: interfaces.sum_of_points(last, np.maximum(-force[:, 0] * v[:, 0], 0.0)),
     }
     joints = {}
     for part, measure in measures.items():
@@ -211,11 +118,8 @@ def main_joints(history: xr.Dataset) -> dict[ContactState, list[str]]:
 
 #: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
-#: Notes on torsion that its measured effect replaces.
-_OF_CORNERS = (NoteCode.CORNER_TORSION, NoteCode.CORNER_TORSION_POSSIBLE)
-_OF_ELLIPSOID = (NoteCode.ELLIPSOID_TORSION, NoteCode.ELLIPSOID_TORSION_POSSIBLE)
 #: Figures of a result.
-_KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity")
+_KINDS = ("mechanism", "structure", "forces", "loads", "convergence", "certificate", "capacity", "response")
 
 
 @dataclass(frozen=True, slots=True)
@@ -358,6 +262,12 @@ class CaseResult:
         """Time of a record at which a block has fallen, s; NaN if the structure stands, and for any other case."""
         return self.outcome.collapse_time
 
+    def number(self, digits: int = 4) -> tuple[str, str]:
+        """Return name and text of the number: load factor, reaction, largest displacement or time of collapse."""
+        if self.response is None:
+            return self.answer.name, self.answer.text(self.load_factor, digits)
+        return case_text.response_number(self.peak_displacement, self.collapse_time)
+
     @property
     def peak_displacement(self) -> float:
         """Largest displacement of a block relative to the ground under a record, m; NaN for any other case."""
@@ -396,19 +306,28 @@ class CaseResult:
     @property
     def ended(self) -> str:
         """Status of the case, and whether its load factor settled, in words."""
-        return case_text.ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
+        return Headline(self.outcome, self.case.flow).ended
 
     @property
     def message(self) -> str:
         """Why the case ended with its status, without a full stop."""
-        text = case_text.why(self.outcome, self.answer, self.hung)
+        text = Headline(self.outcome, self.case.flow, answer=self.answer, hung=self.hung).why
         if self.status.is_of_dead_load and self.n_iterations:
             text += failures(self.history)
         return f"{text}; {self.damage}" if self.damage else text
 
     @property
     def mechanism(self) -> xr.Dataset:
-        """Collapse mechanism: :func:`blockstruct.results.mechanism`."""
+        """Collapse mechanism: :func:`blockstruct.results.mechanism`.
+
+        Raises
+        ------
+        ModelError
+            If the result has no iterations.
+        """
+        if not self.n_iterations:
+            msg = f"case {self.name!r}: no mechanism, {self.headline}; a mechanism needs an iteration"
+            raise ModelError(msg)
         return mechanism(self.history)
 
     @property
@@ -424,27 +343,27 @@ class CaseResult:
     @property
     def resultants(self) -> xr.Dataset:
         """Resultants: :func:`blockstruct.results.interface_resultants`."""
-        return interface_resultants(self.history)
+        return interfaces.interface_resultants(self.history)
 
     @property
     def support_reactions(self) -> xr.Dataset:
         """Reactions of the supports: :func:`blockstruct.results.support_reactions`."""
-        return support_reactions(self.model, self.case, self.history)
+        return interfaces.support_reactions(self.model, self.case, self.history)
 
     @property
     def states(self) -> xr.DataArray:
         """Interface states: :func:`blockstruct.results.contact_state`."""
-        return contact_state(self.history)
+        return interfaces.contact_state(self.history)
 
     @property
     def utilisation(self) -> xr.Dataset:
         """Utilisation of joints: :func:`blockstruct.results.utilisation`."""
-        return utilisation(self.history)
+        return interfaces.utilisation(self.history)
 
     @property
     def active_joints(self) -> pd.DataFrame:
         """Joints that move at last: :func:`blockstruct.results.active_joints`."""
-        return active_joints(self.history)
+        return interfaces.active_joints(self.history)
 
     @property
     def answer(self) -> Answer:
@@ -564,17 +483,14 @@ class CaseResult:
 
         They are ``uniform_torsion``, ``lowered_friction``, ``biaxial_crushing`` and ``other_procedure``.
         """
-        wanted = {
-            "uniform_torsion": any(note.code in _OF_CORNERS for note in self._torsion),
-            "lowered_friction": any(note.code in _OF_ELLIPSOID for note in self._torsion),
-            "biaxial_crushing": self._crushing is not None,
-            "other_procedure": any(note.code in (NoteCode.JAMMED, NoteCode.JAMMED_PART) for note in self._caveats),
-        }
-        return tuple(name for name, needed in wanted.items() if needed)
+        codes = [note.code for note in (*self._cautions, *self._caveats)]
+        return tuple(dict.fromkeys(note_text.EFFECTS[code] for code in codes if code in note_text.EFFECTS))
 
     @property
     def _cells(self) -> Note | None:
-        return crushing_in_cells(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else None
+        if not self.n_iterations:
+            return None
+        return interfaces.crushing_in_cells(self.history, is_reaction=self.answer.is_reaction)
 
     @property
     def _caveats(self) -> tuple[Note, ...]:
@@ -588,38 +504,22 @@ class CaseResult:
 
     @property
     def _cautions(self) -> list[Note]:
-        return [*self._torsion, *filter(None, [self._crushing])]
-
-    @property
-    def _torsion(self) -> list[Note]:
         if self.status is not Status.CONVERGED:
             return []
-        effects = [
-            self._effect(code, changed)
-            for code, changed in (
-                (NoteCode.CORNER_TORSION, self.outcome.uniform_torsion),
-                (NoteCode.ELLIPSOID_TORSION, self.outcome.lowered_friction),
-            )
-            if not np.isnan(changed)
+        changed = {code: getattr(self.outcome, note_text.EFFECTS[code]) for code in note_text.REMEDIES}
+        known = {code: number for code, number in changed.items() if not np.isnan(number)}
+        is_estimate, answer = self.outcome.estimated, self.answer
+        notes = [
+            note_text.effect_note(code, self.load_factor, number, answer, is_estimate=is_estimate)
+            for code, number in known.items()
         ]
-        # In narrow joints the first remedy leaves much of the excess.
-        limited = not np.isnan(self.outcome.uniform_torsion)
-        found = torsion_notes(self.model, self.history, self.answer.name, limited=limited)
-        rest = [] if not np.isnan(self.outcome.lowered_friction) else found
-        return [*filter(None, effects), *rest]
-
-    @property
-    def _crushing(self) -> Note | None:
-        if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
-            return None
-        changed = self.outcome.biaxial_crushing
-        if np.isfinite(changed):
-            return self._effect(NoteCode.BIAXIAL_CRUSHING, changed)
-        return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
-
-    def _effect(self, code: NoteCode, changed: float) -> Note | None:
-        """Return the note on a changed load factor."""
-        return note_text.effect_note(code, self.load_factor, changed, self.answer, is_estimate=self.outcome.estimated)
+        if NoteCode.ELLIPSOID_TORSION not in known:
+            # In narrow joints the first remedy leaves much of the excess.
+            limited = NoteCode.CORNER_TORSION in known
+            notes += interfaces.torsion_notes(self.model, self.history, answer.name, limited=limited)
+        if NoteCode.BIAXIAL_CRUSHING not in known and self.settings.crushing_interaction != "biaxial":
+            notes.append(interfaces.biaxial_crushing(self.history, is_reaction=answer.is_reaction))
+        return [note for note in notes if note is not None]
 
     def final_problem(self, statics: Statics) -> LimitProblem:
         """Return the limit problem of the last iteration: without crushing, if crushing raised the load factor."""
@@ -690,7 +590,7 @@ class CaseResult:
         return "" if plain else case_text.pushed_masses(self.model, self.case)
 
     @property
-    def _moves(self) -> bool:
+    def moves(self) -> bool:
         """Whether the last iteration has a mechanism."""
         return self.n_iterations > 0 and bool(np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all())
 
@@ -701,22 +601,20 @@ class CaseResult:
         ----------
         kind
             A figure of :mod:`blockstruct.views.figures` that takes a result: ``"mechanism"``, ``"structure"``,
-            ``"forces"``, ``"loads"``, ``"convergence"``, ``"certificate"`` or ``"capacity"``. By default the mechanism,
-            or the structure if nothing moves.
+            ``"forces"``, ``"loads"``, ``"convergence"``, ``"certificate"``, ``"capacity"`` or ``"response"``. By
+            default the response to a record, otherwise the mechanism, or the structure if nothing moves.
         options
             Arguments of the figure, such as ``look="3d"`` or ``ax=``.
 
         Raises
         ------
-        ModelError
+        UnknownNameError
             If the kind is unknown.
         MissingExtraError
             Without the extra ``viz``.
         """
-        kind = kind or ("mechanism" if self._moves else "structure")
-        if kind not in _KINDS:
-            msg = f"case {self.name!r}: no figure {shown(kind)}; give one of {', '.join(_KINDS)}"
-            raise ModelError(msg)
+        kind = kind or ("mechanism" if self.moves else "structure" if self.response is None else "response")
+        check_known(kind, _KINDS, f"case {self.name!r}: no figure")
         # Views stand above results, and are loaded by name when they are used.
         return getattr(import_module("blockstruct.views.figures"), kind)(self, **options)
 
@@ -725,7 +623,7 @@ class CaseResult:
 
         They give the number, notes, moving bodies, failing joints and ties.
         """
-        motion = describe(self.model, self.history, self.case.dead, self.status) if self._moves else ""
+        motion = describe(self.model, self.history, self.case.dead, self.status) if self.moves else ""
         notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
         moved = "" if self.response is None else " ".join(response_words(self.model, self.response))
         if self.curve_ended:
@@ -739,6 +637,7 @@ class CaseResult:
     def _repr_html_(self) -> str:
         rows = [
             ("result", self.headline.text(6)),
+            *([] if self.response is None else [self.number(6)]),
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]

@@ -1,6 +1,6 @@
 """Comparison of two analyses, and of two capacity curves."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +12,9 @@ import xarray as xr
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.history import motions_in
 from blockstruct.results.interfaces import at_points
-from blockstruct.results.mechanism import motion_of
+from blockstruct.text.case import response_number
 from blockstruct.text.note import EFFECT
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
@@ -40,6 +41,9 @@ class Comparison:
         - ``force_difference`` and ``mechanism_difference`` of the final states, relative to the largest contact force
           and relative velocity; infinite if they cannot be compared;
         - ``same_certificate``, within the tolerances of the settings; ``same_question``: loads, flow and settings;
+        - for records ``peak_displacement`` (m), ``collapse_time`` (s) and ``response_difference``, the largest of the
+          relative differences of both numbers and of the displacements of all blocks at common times, infinite if they
+          cannot be compared;
         - for pushovers ``d0``, ``curve_ended``, ``curve_difference`` and ``curves_part_at``:
           :func:`blockstruct.results.compared_curves`.
     versions : mapping
@@ -64,27 +68,31 @@ class Comparison:
             Largest relative difference of forces and velocities; infinity ignores them. Neither is unique, and both
             depend on the last digits of a solver more than the load factor does.
         curve_rtol
-            Largest difference of capacity curves; infinity ignores them.
+            Largest difference of capacity curves and of responses; infinity ignores them.
         """
         c = self.cases
         alike = c["status"].eq(c["status_other"]) & c["relative_difference"].abs().le(rtol) & c["same_certificate"]
         for difference in ("force_difference", "mechanism_difference"):
             alike &= c[difference].le(state_rtol)
-        alike &= c["curve_difference"].le(curve_rtol)
+        alike &= c["curve_difference"].le(curve_rtol) & c["response_difference"].le(curve_rtol)
         return bool(self.same_model and alike.all())
 
     def __str__(self) -> str:
         lines = [f"{'the same model' if self.same_model else 'different models'}, {counted(len(self.cases), 'case')}"]
         for name, row in self.cases.iterrows():
-            answers = [_answer(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
             ended = [in_words(row[f"status{suffix}"]) for suffix in ("", "_other")]
+            question = "" if row["same_question"] else ", another question"
+            if np.isfinite([row["peak_displacement"], row["peak_displacement_other"]]).any():
+                lines.append(f"  {name}: {_of_responses(row, ended)}{question}")
+                continue
+            answers = [_answer(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
             lines.append(
                 f"  {name}: {ended[0]} {answers[0]}, other {ended[1]} {answers[1]}, "
                 f"relative difference {row['relative_difference']:.1e}, "
                 f"of forces {_shown(row['force_difference'])}, "
                 f"of the mechanism {_shown(row['mechanism_difference'])}"
                 f"{'' if row['same_certificate'] else ', another certificate'}"
-                f"{'' if row['same_question'] else ', another question'}"
+                f"{question}"
             )
             if row["curve_ended"] or row["curve_ended_other"] or row["curve_difference"]:
                 lines += _of_curves(row)
@@ -105,6 +113,15 @@ def _answer(value: float, unit: str) -> str:
         return f"{value:.8g}"
     scale, readable_unit = readable(value, unit)
     return f"{value * scale:.8g} {readable_unit}"
+
+
+def _of_responses(row: Any, ended: Sequence[str]) -> str:
+    """Return the clause on the differences between two responses to a record, which ended so."""
+    numbers = [
+        response_number(row[f"peak_displacement{suffix}"], row[f"collapse_time{suffix}"]) for suffix in ("", "_other")
+    ]
+    one, other = (f"{end}, {name} {text}" for end, (name, text) in zip(ended, numbers, strict=True))
+    return f"{one}, other {other}, relative difference of responses {_shown(row['response_difference'])}"
 
 
 def _of_curves(row: Any) -> list[str]:
@@ -133,16 +150,19 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             row[f"unit{suffix}"] = "" if result is None else result.answer.unit
             row[f"status{suffix}"] = "missing" if result is None else result.status.value
             row[f"n_iterations{suffix}"] = 0 if result is None else result.n_iterations
+            for number in ("peak_displacement", "collapse_time"):
+                row[f"{number}{suffix}"] = np.nan if result is None else getattr(result, number)
         row["relative_difference"] = float(relative_difference(row["load_factor"], row["load_factor_other"]))
         row |= {"force_difference": np.inf, "mechanism_difference": np.inf, "same_certificate": False}
         row["same_question"] = False
         row |= compared_curves(*(None if result is None else result.capacity for result in (first, second)))
+        row["response_difference"] = _response_difference(first, second)
         for result, suffix in ((first, ""), (second, "_other")):
             outcome = None if result is None else result.curve_outcome
             row[f"curve_ended{suffix}"] = "" if outcome is None else outcome.end.value
         if first is not None and second is not None:
             row["force_difference"] = _state_difference(first, second, lambda last: at_points(last, "contact_force"))
-            motions = (lambda last: at_points(last, "relative_velocity")), motion_of
+            motions = (lambda last: at_points(last, "relative_velocity")), motions_in
             row["mechanism_difference"] = max(_state_difference(first, second, motion) for motion in motions)
             row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(first.settings.flat, second.settings.flat)
@@ -183,6 +203,19 @@ def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.D
         return 0.0
     difference = np.abs(first - second).max() / max(np.abs(first).max(), np.abs(second).max())
     return float(difference) if np.isfinite(difference) else np.inf
+
+
+def _response_difference(one: CaseResult | None, other: CaseResult | None) -> float:
+    """Return the largest relative difference of two responses; 0 if neither is one, infinite if only one is."""
+    first, second = (None if result is None else result.response for result in (one, other))
+    if one is None or other is None or first is None or second is None:
+        return 0.0 if first is second else np.inf
+    numbers = ((getattr(one, name), getattr(other, name)) for name in ("peak_displacement", "collapse_time"))
+    apart = [float(np.abs(relative_difference(*pair))) for pair in numbers]
+    a, b = xr.align(first["displacement"], second["displacement"])
+    if largest := max(float(np.abs(values).max()) for values in (first["displacement"], second["displacement"])):
+        apart.append(np.abs(a.to_numpy() - b.to_numpy()).max(initial=0.0) / largest)
+    return float(np.nan_to_num(apart, nan=np.inf).max())
 
 
 def _same_certificate(one: CaseResult, other: CaseResult) -> bool:

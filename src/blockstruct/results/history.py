@@ -112,9 +112,9 @@ def forces_in(problem: LimitProblem, history: xr.Dataset) -> tuple[Array, Array]
 
 
 def motions_in(history: xr.Dataset) -> Array:
-    """Return the velocities of centroids and the angular velocities (n, B, 6) of a history, SI."""
-    of_blocks = (rows(history, name, "block", "axis") for name in ("block_velocity", "block_angular_velocity"))
-    return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
+    """Return velocities of centroids and angular velocities (…, B, 6), SI, of a history or of an iteration."""
+    names = ("block_velocity", "block_angular_velocity")
+    return np.concatenate([history[name].variable.transpose(..., "block", "axis").to_numpy() for name in names], -1)
 
 
 def iteration_variables(

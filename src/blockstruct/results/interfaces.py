@@ -1,6 +1,6 @@
 """Joints of a history: resultants, states, utilisation, reactions of supports, torsion, and crushing in cells."""
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -48,6 +48,23 @@ def at_points(history: xr.Dataset, name: str) -> Array:
 def first_points(history: xr.Dataset) -> Index:
     """Return the first contact point of each interface, (J,)."""
     return np.searchsorted(history["interface_of_contact_point"].to_numpy(), np.arange(history.sizes["interface"]))
+
+
+def contact_forces(iteration: xr.Dataset) -> Array:
+    """Return the forces (K, 3) at the contact points of one iteration, N, in global axes."""
+    frame = iteration["interface_frame"].to_numpy()[iteration["interface_of_contact_point"].to_numpy()]
+    return np.asarray(np.einsum("kc,kca->ka", at_points(iteration, "contact_force"), frame))
+
+
+def block_pairs(model: Model) -> Index:
+    """Return the minus and plus blocks (J, 2) of the interfaces, by index."""
+    index = model.block_index
+    return np.array([(index[i.minus], index[i.plus]) for i in model.interfaces], dtype=np.int64).reshape(-1, 2)
+
+
+def sum_of_points(history: xr.Dataset, values: Array) -> Array:
+    """Return the sums (…, J) of values (…, K) at the contact points of each interface."""
+    return np.asarray(np.add.reduceat(values, first_points(history), axis=-1), dtype=float)
 
 
 def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> Flags:
@@ -130,19 +147,15 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
           the governing edge; at most the depth of the interface, 0 at a hinge of infinite strength. NaN unless N is
           compression.
     """
-    starts, f = first_points(history), at_points(history, "contact_force")
-
-    def sum_of(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, starts, axis=-1))
-
+    f = at_points(history, "contact_force")
     friction = history["friction_coefficient"].to_numpy()
     never = np.isinf(friction)
     resistance = history["cohesion"].to_numpy() + np.where(never, 0.0, friction) * f[..., 0]
-    resistance = sum_of(np.where(never, np.inf, resistance))
+    resistance = sum_of_points(history, np.where(never, np.inf, resistance))
     with np.errstate(divide="ignore", invalid="ignore"):
-        sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1))
+        sliding = sum_of_points(history, np.linalg.norm(f[..., 1:], axis=-1))
         if "torsion_lever" in history.coords:
-            sliding = np.maximum(sliding, _with_torque(history, f, sum_of))
+            sliding = np.maximum(sliding, _with_torque(history, f))
         sliding = sliding / np.where(resistance > _floor(history), resistance, np.nan)
 
     force, eccentricity = (interface_resultants(history)[name] for name in ("force", "eccentricity"))
@@ -164,7 +177,7 @@ def crushing_used(history: xr.Dataset) -> Array:
     """Return the use (..., J) of compressive strength: :func:`utilisation`."""
     starts = first_points(history)
     n = at_points(history, "contact_force")[..., 0]
-    N = np.add.reduceat(n, starts, axis=-1)
+    N = sum_of_points(history, n)
     compressed = np.where(_floor(history) < N, N, np.nan)
     cell = history["cell_strength"].to_numpy()
     in_cells = np.isfinite(cell[starts])
@@ -172,7 +185,7 @@ def crushing_used(history: xr.Dataset) -> Array:
     used = np.where(np.isnan(compressed), np.nan, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         used[..., corners] = _of_rectangles(compressed[..., corners], edges, tension, capacity)
-        pressed = np.add.reduceat(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0), starts, axis=-1)
+        pressed = sum_of_points(history, np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0))
         used[..., in_cells] = (compressed / pressed)[..., in_cells]
     return used
 
@@ -198,7 +211,7 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
 
 def _floor(history: xr.Dataset) -> Array:
     """Return the forces (J,) of interfaces that count as zero, N."""
-    return NO_FORCE * np.asarray(np.add.reduceat(history["contact_force_unit"].to_numpy(), first_points(history)))
+    return NO_FORCE * sum_of_points(history, history["contact_force_unit"].to_numpy())
 
 
 def _rectangles(history: xr.Dataset) -> tuple[Index, Array, Array, Array]:
@@ -236,12 +249,12 @@ def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> A
     return np.asarray(1 / np.maximum(growth, 0.0))
 
 
-def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
+def _with_torque(history: xr.Dataset, f: Array) -> Array:
     """Return ``‖(V_s, V_t, T / r̄)‖`` of interfaces, T about the centroid."""
     lever = history["torsion_lever"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
     x, y = _arms(history)[:, 1:].T / lever
     parts = (f[..., 1], f[..., 2], x * f[..., 2] - y * f[..., 1])
-    return np.asarray(np.linalg.norm([sum_of(part) for part in parts], axis=0))
+    return np.asarray(np.linalg.norm([sum_of_points(history, part) for part in parts], axis=0))
 
 
 def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
@@ -311,9 +324,6 @@ def contact_state(
     def any_of(points: Flags) -> Flags:
         return np.logical_or.reduceat(points, starts, axis=-1)
 
-    def sum_of(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, starts, axis=-1))
-
     zero = np.maximum(tolerance * np.linalg.norm(v, axis=-1).max(axis=-1, keepdims=True), np.finfo(float).tiny)
     # If a structure follows its supports as one body, relative velocities are rounding errors of block velocities.
     speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
@@ -338,12 +348,12 @@ def contact_state(
     counts = np.diff([*starts, len(index)])
     axes = history["interface_frame"].to_numpy()[:, 1:][index]
     along = np.einsum("kca,ka->ck", axes, history["contact_point_position"].to_numpy())
-    s, t = along - (sum_of(along) / counts)[:, index]
+    s, t = along - (sum_of_points(history, along) / counts)[:, index]
     distance = np.hypot(s, t)
     # A single point cannot turn.
-    inertia = np.where(counts > 1, sum_of(distance**2), 1.0)
-    turn = sum_of(s * v[..., 2] - t * v[..., 1]) / inertia * np.maximum.reduceat(distance, starts)
-    mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
+    inertia = np.where(counts > 1, sum_of_points(history, distance**2), 1.0)
+    turn = sum_of_points(history, s * v[..., 2] - t * v[..., 1]) / inertia * np.maximum.reduceat(distance, starts)
+    mean = np.hypot(sum_of_points(history, v[..., 1]), sum_of_points(history, v[..., 2])) / counts
 
     # The edge of a tall structure penetrates slowly compared with the openings at its top.
     speed_of_joint = np.maximum.reduceat(np.linalg.norm(v, axis=-1), starts, axis=-1)
@@ -395,7 +405,7 @@ def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFra
     speed = np.zeros(n)
     np.maximum.at(speed, index, np.linalg.norm(v, axis=1))
     # Dissipation within rounding counts as zero; otherwise its rank would be random.
-    dissipation = np.bincount(index, weights=-(force * v).sum(axis=1), minlength=n)
+    dissipation = sum_of_points(last, -(force * v).sum(axis=1))
     scale = np.nanmax([np.abs(dissipation).sum(), np.abs(last["load_factor"].item())])
     dissipation[np.abs(dissipation) <= 1e-6 * scale] = 0.0
     frame = pd.DataFrame(
@@ -454,13 +464,11 @@ def support_reactions(model: Model, case: Case, history: xr.Dataset) -> xr.Datas
 
 def _of_joints(model: Model, last: xr.Dataset) -> np.ndarray:
     """Return the wrenches (B, 6) of joints and ties on all blocks about their centroids."""
-    index = last["interface_of_contact_point"].to_numpy()
-    force = np.einsum("kc,kca->ka", at_points(last, "contact_force"), last["interface_frame"].to_numpy()[index])
-    point, number = last["contact_point_position"].to_numpy(), model.block_index
+    index, force = last["interface_of_contact_point"].to_numpy(), contact_forces(last)
+    point = last["contact_point_position"].to_numpy()
     centroids = np.array([b.centroid for b in model.blocks])
     total = np.zeros((len(centroids), 6))
-    for sign, side in ((1.0, "plus"), (-1.0, "minus")):
-        block = np.array([number[getattr(i, side)] for i in model.interfaces])[index]
+    for sign, block in zip((-1.0, 1.0), block_pairs(model)[index].T, strict=True):
         moment = np.cross(point - centroids[block], force)
         np.add.at(total, block, sign * np.hstack([force, moment]))
     if model.ties:
@@ -508,16 +516,13 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     force, v = (at_points(last, name) for name in ("contact_force", "relative_velocity"))
     resistance = np.maximum(_resistance(last, force[:, 0]), 0.0)
 
-    def total(values: Array) -> Array:
-        return np.asarray(np.bincount(index, values, J), dtype=float)
-
-    whole = total(resistance)
+    whole = sum_of_points(last, resistance)
     x, y = _arms(last)[:, 1:].T
     held = np.where(whole > 0, whole, 1.0)
-    x, y = (a - (total(resistance * a) / held)[index] for a in (x, y))
-    torque = total(x * force[:, 2] - y * force[:, 1])
+    x, y = (a - (sum_of_points(last, resistance * a) / held)[index] for a in (x, y))
+    torque = sum_of_points(last, x * force[:, 2] - y * force[:, 1])
     lever = torsion_levers(model.interfaces)
-    carried = np.column_stack([total(force[:, 1]), total(force[:, 2]), torque / lever])
+    carried = np.column_stack([sum_of_points(last, force[:, 1]), sum_of_points(last, force[:, 2]), torque / lever])
     of_resistance = np.divide(carried, whole[:, None], out=np.zeros((J, 3)), where=whole[:, None] > 0)
     times = multiple_of_uniform_friction(model.interfaces, of_resistance)
 
@@ -525,10 +530,10 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
 
     friction = -(force[:, 1:] * v[:, 1:]).sum(axis=1)
     scale = max(abs(float(last["load_factor"])), float(friction.sum()), np.finfo(float).tiny)
-    share = np.maximum(total(friction), 0.0) / scale
+    share = np.maximum(sum_of_points(last, friction), 0.0) / scale
     return pd.DataFrame(
         {
-            "normal": total(force[:, 0]),
+            "normal": sum_of_points(last, force[:, 0]),
             "torque": torque,
             "uniform": whole * lever,
             "shear": np.hypot(*carried[:, :2].T),
@@ -572,7 +577,7 @@ def torsion_notes(model: Model, history: xr.Dataset, answer: str, *, limited: bo
     torsion = corner_torsion(model, history)
     if limited:
         torsion = torsion.assign(times=torsion["times_left"], share=torsion["share_left"])
-    weight = sum(block.weight for block in model.blocks if not block.fixed)
+    weight = model.weight
     at_corners = np.array([not limited and i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
     notes = []
     for joints, corners in ((torsion[at_corners], True), (torsion[~at_corners], False)):

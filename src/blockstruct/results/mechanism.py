@@ -2,16 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from blockstruct.arrays import SLIGHT, Array, Index
-from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model, tie_segments
-from blockstruct.results.interfaces import AT_REST
+from blockstruct.results.history import motions_in
+from blockstruct.results.interfaces import AT_REST, block_pairs
 from blockstruct.statics.carried import carried_weights
 from blockstruct.vocabulary import AXES
 
@@ -21,12 +20,6 @@ TOGETHER = 0.02
 _UNITS = {"centroid": "meter", "translation": "dimensionless", "rotation": "radian / meter", "axis": "meter"}
 
 
-def motion_of(iteration: xr.Dataset) -> Array:
-    """Return velocities and angular velocities, (blocks, 6), SI."""
-    of_blocks = [iteration[name].transpose("block", "axis") for name in ("block_velocity", "block_angular_velocity")]
-    return np.hstack([motion.to_numpy() for motion in of_blocks])
-
-
 def largest_motion(history: xr.Dataset) -> float:
     """Return the velocity that scales the mechanism, m/s; one at rest.
 
@@ -34,7 +27,7 @@ def largest_motion(history: xr.Dataset) -> float:
     """
     from scipy.spatial import cKDTree
 
-    u = motion_of(history.isel(iteration=-1))
+    u = motions_in(history.isel(iteration=-1))
     arms, _ = cKDTree(history["contact_point_position"].to_numpy()).query(history["block_position"].to_numpy())
     translation, turning = np.linalg.norm(u[:, :3], axis=1).max(), (arms * np.linalg.norm(u[:, 3:], axis=1)).max()
     largest = float(translation if translation > SLIGHT * turning else turning)
@@ -65,7 +58,7 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     IndexError
         If the history has no iterations.
     """
-    u = motion_of(history.isel(iteration=-1)) / largest_motion(history)
+    u = motions_in(history.isel(iteration=-1)) / largest_motion(history)
     dims = ("block", "axis")
     return xr.Dataset(
         {
@@ -76,19 +69,25 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     )
 
 
+def twists(mechanism: xr.Dataset) -> Array:
+    """Return translations and rotations (B, 6) of the blocks in a mechanism."""
+    return np.hstack([mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")])
+
+
+def velocities(model: Model, motion: Array, blocks: Index, points: Array) -> Array:
+    """Return the velocities (…, 3) of points (…, 3), m, of blocks (…,) by index, in a motion (B, 6) of the blocks."""
+    arms = points - np.array([block.centroid for block in model.blocks])[blocks]
+    return np.asarray(motion[blocks, :3] + np.cross(motion[blocks, 3:], arms))
+
+
 def with_motion(model: Model, history: xr.Dataset, motion: Array) -> xr.Dataset:
-    """Return the last iteration with another motion of the blocks, (blocks, 6) as in :func:`motion_of`."""
+    """Return the last iteration with another motion of the blocks, (blocks, 6) as in :func:`motions_in`."""
     last = history.isel(iteration=[-1]).load().copy()
-    centroid = np.array([block.centroid for block in model.blocks])
-
-    def velocity(blocks: Index, points: Array) -> Array:
-        return np.asarray(motion[blocks, :3] + np.cross(motion[blocks, 3:], points - centroid[blocks]))
-
     index, of_point = model.block_index, last["interface_of_contact_point"].to_numpy()
-    sides = (np.array([index[getattr(i, side)] for i in model.interfaces]) for side in ("minus", "plus"))
-    minus, plus = (blocks[of_point] for blocks in sides)
+    minus, plus = block_pairs(model)[of_point].T
     points, frame = last["contact_point_position"].to_numpy(), last["interface_frame"].to_numpy()[of_point]
-    apart = np.einsum("kij,kj->ki", frame, velocity(plus, points) - velocity(minus, points))
+    of_sides = [velocities(model, motion, blocks, points) for blocks in (minus, plus)]
+    apart = np.einsum("kij,kj->ki", frame, of_sides[1] - of_sides[0])
     values: dict[str, tuple[tuple[str, ...], Array]] = {
         "block_velocity": (("iteration", "block", "axis"), motion[None, :, :3]),
         "block_angular_velocity": (("iteration", "block", "axis"), motion[None, :, 3:]),
@@ -99,7 +98,8 @@ def with_motion(model: Model, history: xr.Dataset, motion: Array) -> xr.Dataset:
         start, end = (np.array([getattr(tie, name) for tie in ties]) for name in ("start", "end"))
         along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
         blocks = np.array([[index[name] for name in tie.blocks] for tie in ties])
-        rate = np.einsum("ta,ta->t", along, velocity(blocks[:, 1], end) - velocity(blocks[:, 0], start))
+        at_start, at_end = (velocities(model, motion, blocks[:, k], end) for k, end in enumerate((start, end)))
+        rate = np.einsum("ta,ta->t", along, at_end - at_start)
         values["tie_elongation_rate"] = (("iteration", "tie"), rate[None])
     for name, (dims, array) in values.items():
         last[name] = (dims, array, last[name].attrs)
@@ -187,13 +187,11 @@ def body_table(bodies: Sequence[MacroBlock]) -> pd.DataFrame:
     return table
 
 
-def macro_blocks(
-    model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHER, dead: LoadPattern | None = None
-) -> list[MacroBlock]:
+def macro_blocks(model: Model, mechanism: xr.Dataset, dead: LoadPattern | None = None) -> list[MacroBlock]:
     """Return the bodies of a mechanism, moving or at rest, the heaviest first.
 
-    Two blocks belong to one body if their relative velocity is within the tolerance at all corners of a joint between
-    them. It includes opening, sliding and turning.
+    Two blocks belong to one body if their relative velocity is at most 2 % of the largest velocity of any joint, at all
+    corners of a joint between them. It includes opening, sliding and turning.
 
     Parameters
     ----------
@@ -201,42 +199,27 @@ def macro_blocks(
         The structure.
     mechanism
         Its mechanism: :func:`blockstruct.results.mechanism`.
-    tolerance
-        Relative velocity, relative to the largest velocity at any joint, from 0.001 to 1.
     dead
         The dead load, whose weights the blocks carry. Without it, blocks carry no weights.
-
-    Raises
-    ------
-    ModelError
-        If the tolerance is smaller than the accuracy of a certified mechanism.
     """
-    if not isinstance(tolerance, Real) or not SLIGHT <= tolerance <= 1:
-        msg = f"macro_blocks: tolerance {shown(tolerance)}; give a number from {SLIGHT:g} to 1, such as {TOGETHER:g}"
-        raise ModelError(msg)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     index = model.block_index
     centroids = np.array([b.centroid for b in model.blocks])
-    translation, rotation = (
-        mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")
-    )
-    minus, plus = (np.array([index[getattr(i, side)] for i in model.interfaces]) for side in ("minus", "plus"))
+    motion = twists(mechanism)
+    translation, rotation = motion[:, :3], motion[:, 3:]
+    minus, plus = block_pairs(model).T
     counts = [len(i.polygon) for i in model.interfaces]
     starts = np.cumsum([0, *counts[:-1]])
     corners = np.concatenate([i.polygon for i in model.interfaces])
 
-    def velocity(blocks: Index) -> Array:
-        of_corner = np.repeat(blocks, counts)
-        return np.asarray(translation[of_corner] + np.cross(rotation[of_corner], corners - centroids[of_corner]))
-
-    at_minus, at_plus = velocity(minus), velocity(plus)
+    at_minus, at_plus = (velocities(model, motion, np.repeat(side, counts), corners) for side in (minus, plus))
     speeds = np.maximum.reduceat(np.linalg.norm([at_minus, at_plus], axis=-1), starts, axis=-1)
     largest = max(float(speeds.max()), np.finfo(float).tiny)
     apart = np.maximum.reduceat(np.linalg.norm(at_plus - at_minus, axis=-1), starts)
     fixed = np.array([b.fixed for b in model.blocks])
-    joined = (apart <= tolerance * largest) & ~fixed[minus] & ~fixed[plus]
+    joined = (apart <= TOGETHER * largest) & ~fixed[minus] & ~fixed[plus]
     graph = coo_array((np.ones(joined.sum()), (minus[joined], plus[joined])), shape=(len(index), len(index)))
     _, body = connected_components(graph, directed=False)
     speed_of_block = np.zeros(len(index))

@@ -1,8 +1,11 @@
 """Ties: forces, states and elongations at collapse; states and breaks in motion."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from blockstruct.arrays import SLIGHT, Array
 from blockstruct.model import Model, tie_segments
@@ -24,45 +27,45 @@ OF_LIMIT = {
 }
 
 
-def tie_state(history: xr.Dataset, tolerance: float = NO_FORCE) -> xr.DataArray:
+def tie_state(history: xr.Dataset) -> xr.DataArray:
     """Return the state of every tie in every iteration.
 
     States are of :class:`blockstruct.vocabulary.TieState`.
 
-    A tie is ``slack`` without force, ``yielding``, ``punching`` or ``slipping`` at its limit, and ``stressed`` in
-    between. A stretch of a bonded bar also slips if the force changes by the whole bond in the block at either end.
+    A tie is ``slack`` without force, relative to its capacity or, if it is less, to the largest contact force of the
+    iteration. It is ``yielding``, ``punching`` or ``slipping`` at its limit, and ``stressed`` in between. A stretch of
+    a bonded bar also slips if the force changes by the whole bond in the block at either end.
 
     Parameters
     ----------
     history
         History of a case with ties, or a selection of its iterations.
-    tolerance
-        Relative to the capacity of each tie. For slack ties, relative to the capacity or, if it is less, to the largest
-        contact force of the iteration.
 
     Returns
     -------
     xarray.DataArray
         Texts, dimensions (iteration, tie).
     """
-    force = history["tie_force"].transpose(..., "tie").to_numpy()
-    capacity = history["tie_capacity"].to_numpy()
+    force, capacity = history["tie_force"].transpose(..., "tie"), history["tie_capacity"].to_numpy()
+    contact = np.abs(at_points(history, "contact_force")).max(axis=(-2, -1))[..., None]
+    governing = [str(name) for name in history["tie_governing"].to_numpy()]
+    state = _states(force.to_numpy(), capacity, governing, NO_FORCE * np.fmin(capacity, contact))
     bond = history["tie_bond"].transpose("tie", "tie_end").to_numpy()
-    change = np.abs(np.diff(force, axis=-1))
-    slips = np.zeros(force.shape, dtype=bool)
     # The bond at the end of a stretch equals the bond at the start of the next one; at an anchor it is infinite.
-    full = change >= (1 - tolerance) * bond[:-1, 1]
+    full = np.abs(np.diff(force.to_numpy(), axis=-1)) >= (1 - NO_FORCE) * bond[:-1, 1]
+    slips = np.zeros(force.shape, dtype=bool)
     slips[..., :-1] |= full
     slips[..., 1:] |= full
-    limits = [OF_LIMIT[str(name)].value for name in history["tie_governing"].to_numpy()]
-    at_limit = np.broadcast_to(np.array(limits, dtype=object), force.shape)
-    state = np.full(force.shape, TieState.STRESSED.value, dtype=object)
-    state = np.where(slips, TieState.SLIPPING.value, state)
-    contact = np.abs(at_points(history, "contact_force")).max(axis=(-2, -1))[..., None]
-    state = np.where(force <= tolerance * np.fmin(capacity, contact), TieState.SLACK.value, state)
-    state = np.where(force >= (1 - tolerance) * capacity, at_limit, state)
-    state = np.where(np.isfinite(force), state, TieState.UNKNOWN.value)
-    return history["tie_force"].transpose(..., "tie").copy(data=state).rename("tie_state").drop_attrs()
+    state[slips & (state == TieState.STRESSED.value)] = TieState.SLIPPING.value
+    return force.copy(data=state).rename("tie_state").drop_attrs()
+
+
+def _states(force: Array, capacity: Array, governing: Sequence[str], slack: Array) -> NDArray[np.object_]:
+    """Return the states of ties by their forces (…, M), N, and the forces of slack ties."""
+    limits = np.array([OF_LIMIT[name].value for name in governing], dtype=object)
+    state = np.where(force <= slack, TieState.SLACK.value, np.full(force.shape, TieState.STRESSED.value, dtype=object))
+    state = np.where(force >= (1 - NO_FORCE) * capacity, limits, state)
+    return np.where(np.isfinite(force), state, TieState.UNKNOWN.value)
 
 
 def tie_forces(history: xr.Dataset) -> Array:
@@ -110,19 +113,7 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
 
 def tie_sentences(history: xr.Dataset) -> list[str]:
     """Return a sentence on each tie in the last iteration of a case."""
-    return [
-        tie_sentence(
-            str(name),
-            row["state"],
-            row[f"force [{_NEWTON}]"],
-            row[f"capacity [{_NEWTON}]"],
-            row["governing"],
-            lengthens=row["elongation"] if row["elongation"] > SLIGHT else 0.0,
-            elongation_limit=row[f"elongation limit [{_METER}]"],
-            at=row[f"displacement at limit [{_METER}]"],
-        )
-        for name, row in ties_at_collapse(history).iterrows()
-    ]
+    return [tie_sentence(*row) for row in ties_at_collapse(history).itertuples(name=None)]
 
 
 def break_points(along: Array, elongation: Array, limit: Array) -> Array:
@@ -212,13 +203,9 @@ def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
     """
     longest = "peak_tie_elongation" if "peak_tie_elongation" in capacity else "tie_elongation"
     force, elongation = (capacity[name].transpose(..., "tie") for name in ("tie_force", longest))
-    tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
-    largest = np.array([segment.capacity for segment in segments])
-    limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
-    state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
-    state = np.where(tension >= (1 - NO_FORCE) * largest, limits, state)
-    state = np.where(tension <= _rounding(model), TieState.SLACK.value, state)
-    state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
+    segments = tie_segments(model.ties, model.blocks)
+    largest, governing = np.array([s.capacity for s in segments]), [s.governing for s in segments]
+    state = _states(force.to_numpy(), largest, governing, _rounding(model))
     beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
     state = np.where(np.logical_or.accumulate(beyond), TieState.BROKEN.value, state)
     return force.copy(data=state).rename("tie_state").drop_attrs()

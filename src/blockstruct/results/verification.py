@@ -1,7 +1,7 @@
 """Verification of results and capacity curves from model, forces and positions."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -24,9 +24,11 @@ from blockstruct.results.capacity import block_rotations, fallen_blocks, steps_o
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.history import coordinates, division_of, forces_in, motions_in, rows
 from blockstruct.results.ties import DECIMALS, break_points
+from blockstruct.schema import stated
 from blockstruct.statics.contacts import Division
 from blockstruct.statics.moved import Placement
 from blockstruct.statics.statics import Statics
+from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import Stage, Status, listed
 
 #: Stages under the dead load alone.
@@ -288,25 +290,12 @@ def _same(one: float, other: float, scale: float) -> bool:
 
 #: Difference of the work of the variable load in a second from 1 J that rounding makes.
 AT_ONE_WATT = 1e-5
-#: Values that follow from the others of a state, and whether they are lengths.
-_FOLLOWS = {
-    "displacement": True,
-    "tie_elongation": True,
-    "crushed_depth": True,
-    "crushed_slope": False,
-    "crushed_share": False,
-    "largest_crushed_depth": True,
-    "penetration": True,
-    "dissipation": False,
-    "work": False,
-    "inertia": False,
-    "energy_error": False,
-    "equilibrium_residual": False,
-    "yield_excess": False,
-    "interpenetration": False,
-    "flow_rule_gap": False,
-    "contact_points": False,
-}
+#: Values that follow from the others of a state.
+_FOLLOWS = (
+    *("displacement", "tie_elongation", "crushed_depth", "crushed_slope", "crushed_share", "largest_crushed_depth"),
+    *("penetration", "dissipation", "work", "inertia", "energy_error", "equilibrium_residual", "yield_excess"),
+    *("interpenetration", "flow_rule_gap", "contact_points"),
+)
 
 
 def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseResult) -> Iterator[str]:
@@ -402,10 +391,10 @@ def _of_state(moving: MovingProblem, before: MotionState | None, state: MotionSt
 
 def _differences(state: MotionState, again: MotionState, size: float) -> Iterator[str]:
     """Compare the derived values of a state with those that it stores."""
-    work = max(abs(again.load_factor), abs(again.dissipation), 1.0)
-    for name in (f.name for f in fields(MotionState) if f.name in _FOLLOWS):
+    work, known = max(abs(again.load_factor), abs(again.dissipation), 1.0), stated("capacity")
+    for name in _FOLLOWS:
         stored, found = (np.atleast_1d(np.asarray(getattr(of, name), dtype=float)) for of in (state, again))
-        least = NEGLIGIBLE * size if _FOLLOWS[name] else NEGLIGIBLE * work
+        least = NEGLIGIBLE * (size if known[name].attrs["units"] == SI_UNITS["length"] else work)
         # NaN differs from every number.
         off = ~(np.abs(stored - found) <= least + SLIGHT * np.abs(found))
         if off.any():

@@ -206,15 +206,18 @@ class Archive:
             load factor), ``status``, ``model_hash`` and ``problem`` of each, with ``_other`` for the other one's;
             ``relative_difference`` of the load factor (0 where both are the same); of pushovers ``d0``, ``curve_end``
             and ``end_difference``, the relative difference of d0 or, where the load factor did not come down to zero,
-            of ``curve_end``; and whether they ``agree``: both there and readable, of one model and status, and
-            pushovers to the same end, within 1 %.
+            of ``curve_end``, and of records that of ``peak_displacement``; and whether they ``agree``: both there and
+            readable, of one model and status, and motions to the same end, within 1 %.
         """
-        columns = ["load_factor", "unit", "status", "model_hash", "problem", "d0", "curve_end"]
+        columns = ["load_factor", "unit", "status", "model_hash", "problem", "d0", "curve_end", "peak_displacement"]
         tables = (a.table(all_columns=True).astype({"case": object}).fillna({"case": ""}) for a in (self, other))
         one, two = (_answered(table).set_index(["path", "case"])[columns] for table in tables)
         joined = one.join(two.add_suffix("_other"), how="outer").fillna({"unit": "", "unit_other": ""})
         joined["relative_difference"] = relative_difference(joined["load_factor"], joined["load_factor_other"])
-        ends = [joined[f"d0{suffix}"].fillna(joined[f"curve_end{suffix}"]) for suffix in ("", "_other")]
+        ends = [
+            joined[f"d0{suffix}"].fillna(joined[f"curve_end{suffix}"]).fillna(joined[f"peak_displacement{suffix}"])
+            for suffix in ("", "_other")
+        ]
         joined["end_difference"] = relative_difference(*ends)
         joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")
         joined["agree"] &= joined["end_difference"].abs().le(APART)

@@ -24,10 +24,10 @@ from xarray.core import indexing
 
 from blockstruct.errors import BlockstructError, FormatError, ModelError, StorageError, UnverifiedWarning
 from blockstruct.files import open_file, unreadable
-from blockstruct.model import Case, LoadPattern, Model, checked_text
+from blockstruct.model import Case, LoadPattern, checked_text
 from blockstruct.results import stored_value
 from blockstruct.results.analysis import Analysis, checked_tags, restored_value
-from blockstruct.results.case_result import CaseResult, LazyHistory
+from blockstruct.results.case_result import LazyHistory
 from blockstruct.schema import listed_violations, schema, violations
 from blockstruct.storage import layout, netcdf
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
@@ -470,10 +470,13 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset]) -> Analysis:
     if model.hash != root["model_hash"]:
         msg = f"{file.path}: /model: its content does not match model_hash; the file was changed, use the original"
         raise FormatError(msg)
-    results = {}
+    results, versions, names = {}, json.loads(root["versions"]), held[["block", "interface"]]
     for name, place in file.cases.items():
         with _damage_at(file, place):
-            results[name] = _result(file, groups, place, patterns, model)
+            n = int(groups[place]["n_iterations"])
+            history = groups.get(f"{place}/history", LazyHistory(n, partial(_history, file, f"{place}/history", names)))
+            parts = {part: groups.get(f"{place}/{part}") for part in PARTS}
+            results[name] = layout.read_result(groups[place], history, model, patterns, versions, **parts)
             violations += layout.result_findings(place, groups[place], results[name])
     if violations:
         raise violated(file.path, violations)
@@ -481,26 +484,13 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset]) -> Analysis:
         model,
         results,
         root["created_at"],
-        json.loads(root["versions"]),
+        versions,
         solver_options=json.loads(root["solver_options"]),
         document_hash=root["document_hash"],
         tags=json.loads(root["tags"]),
         parameters=parameters_of(root),
         study=root.get("study", ""),
     )
-
-
-def _result(
-    file: AnalysisFile,
-    groups: Mapping[str, xr.Dataset],
-    place: str,
-    patterns: Mapping[str, LoadPattern],
-    model: Model,
-) -> CaseResult:
-    n, names = int(groups[place]["n_iterations"]), groups["/model"][["block", "interface"]]
-    history = groups.get(f"{place}/history", LazyHistory(n, partial(_history, file, f"{place}/history", names)))
-    parts = {part: groups.get(f"{place}/{part}") for part in PARTS}
-    return layout.read_result(groups[place], history, model, patterns, json.loads(file.attrs["versions"]), **parts)
 
 
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:

@@ -23,9 +23,9 @@ from blockstruct.notebook import is_terminal
 from blockstruct.results.analysis import Analysis, plain_value
 from blockstruct.storage import Archive, planned_analysis
 from blockstruct.studies.design import Design, design_of
-from blockstruct.studies.plan import Plan, Problem, Run
+from blockstruct.studies.plan import Plan, Problem, Run, carry_out
 from blockstruct.studies.summary import check_parameter_names, dataset_of
-from blockstruct.studies.workers import Ended, connected, here, in_processes, on_cluster
+from blockstruct.studies.workers import Ended, connected, in_processes, on_cluster
 from blockstruct.vocabulary import Flow, Status, counted
 
 
@@ -252,7 +252,7 @@ def study(  # noqa: PLR0913
         if client is not None:
             ended = on_cluster(plan, left, folder, client)
         elif count == 1:
-            ended = here(plan, left, folder)
+            ended = ((run, carry_out(plan, run, folder)) for run in left)
         else:
             ended = in_processes(plan, left, folder, count)
         problems = _conduct(archive, ended, rows, total, heard)

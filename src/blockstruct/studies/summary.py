@@ -348,7 +348,7 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
         ``collapses``, the number of the latter; ``share``; ``low`` and ``high``, its interval; and over ``fractile``
         ``peak_displacement``, m, in which a collapse counts as an infinite displacement. ``undecided`` is the number
         of records without an answer. The interval is as wide as if they could end either way; nothing else counts
-        them.
+        them. The attribute ``confidence`` is the argument.
 
     Raises
     ------
@@ -387,7 +387,8 @@ def fragility(data: xr.Dataset, over: str = "scale", *, confidence: float = 0.95
         "high": (over, high, _NONE | {"long_name": f"high end of the {confidence:.0%} interval"}),
         "undecided": (over, u, _NONE | {"long_name": "records without an answer"}),
     }
-    summary = xr.Dataset(variables, coords={over: data[over], "fractile": list(FRACTILES)})
+    coords = {over: data[over], "fractile": list(FRACTILES)}
+    summary = xr.Dataset(variables, coords=coords, attrs={"confidence": confidence})
     if "peak_displacement" in data:
         peak = data["peak_displacement"].transpose(over, *rest).to_numpy().reshape(data.sizes[over], -1)
         peak = np.where(falls, np.inf, np.where(counts, peak, np.nan))
@@ -457,7 +458,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
         msg = f"first_order: {shown(result)} is not a result; give that of a case, as analysis['push']"
         raise ModelError(msg)
     if not isinstance(result.case, LimitCase):
-        msg = f"first_order: case {result.name!r} is a settlement; give the result of a LimitCase"
+        msg = f"first_order: case {result.name!r} has no variable load; give the result of a LimitCase"
         raise ModelError(msg)
     if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
         msg = (

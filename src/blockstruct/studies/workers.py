@@ -17,7 +17,7 @@ from typing import Any
 
 from blockstruct.errors import BusyError, ClusterError, MissingExtraError, StudyError, shown
 from blockstruct.storage import save_image
-from blockstruct.studies.plan import Plan, Problem, Run, carry_out, carry_out_far, carry_out_sent, described
+from blockstruct.studies.plan import Plan, Problem, Run, carry_out_far, carry_out_sent, described
 
 #: One thread per library, because the workers share the processors.
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "RAYON")}
@@ -25,12 +25,6 @@ _ONE_THREAD |= {"VECLIB_MAXIMUM_THREADS": "1"}
 
 #: Runs as they end, each with the reason if it has no results.
 Ended = Generator[tuple[Run, Problem], None, None]
-
-
-def here(plan: Plan, runs: Sequence[Run], folder: Path) -> Ended:
-    """Carry out runs in this process, one after the other."""
-    for run in runs:
-        yield run, carry_out(plan, run, folder)
 
 
 def in_processes(plan: Plan, runs: Sequence[Run], folder: Path, workers: int) -> Ended:
@@ -84,9 +78,11 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
     try:
         with _start_of_processes():
-            started = pool.submit(os.getpid)
+            # A pool starts a process for each call that finds none idle, and none is before all have begun.
+            started = [pool.submit(os.getpid) for _ in range(workers)]
         try:
-            started.result()
+            for process in started:
+                process.result()
         except BrokenExecutor as error:
             msg = "study: a worker process ended as it started. Its own message stands above."
             raise StudyError(msg) from error
@@ -183,7 +179,9 @@ def on_cluster(plan: Plan, runs: Sequence[Run], folder: Path, client: Any) -> En
     from distributed import as_completed
 
     sent = plan.pickled()
-    futures = {client.submit(carry_out_far, sent, run, key=_key(run), pure=False): run for run in runs}
+    # The keys are unique, so that a cluster reuses no old result.
+    keys = {run.name: f"blockstruct-{run.name}-{uuid.uuid4().hex[:8]}" for run in runs}
+    futures = {client.submit(carry_out_far, sent, run, key=keys[run.name], pure=False): run for run in runs}
     try:
         for future in as_completed(list(futures), loop=client.loop):
             run = futures.pop(future)
@@ -204,8 +202,3 @@ def on_cluster(plan: Plan, runs: Sequence[Run], folder: Path, client: Any) -> En
     finally:
         with contextlib.suppress(Exception):
             client.cancel(list(futures))
-
-
-def _key(run: Run) -> str:
-    """Return a unique key of a run, so that a cluster reuses no old result."""
-    return f"blockstruct-{run.name}-{uuid.uuid4().hex[:8]}"

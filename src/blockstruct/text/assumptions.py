@@ -1,73 +1,54 @@
 """Assumptions of an analysis, as sentences for a report."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from blockstruct.model import Model
-from blockstruct.vocabulary import Torsion
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scope:
-    """Facts on an analysis that its assumptions depend on.
-
-    Attributes
-    ----------
-    settles, pushes, moves : bool
-        Whether it has settlement cases, cases with a load factor, and responses to records.
-    is_associative, is_nonassociative : bool
-        Flow rules of the cases with a load factor.
-    has_curve : bool
-        Whether a pushover has a capacity curve.
-    rotates : bool
-        Whether a check has the capacity curve of a body that turns about a hinge.
-    is_checked : bool
-        Whether it has checks.
-    corners : mapping of str to float
-        Corner rounding of each pushover, m.
-    """
-
-    settles: bool
-    pushes: bool
-    is_associative: bool
-    is_nonassociative: bool
-    has_curve: bool
-    rotates: bool
-    is_checked: bool
-    corners: Mapping[str, float]
-    moves: bool = False
+from blockstruct.model import Case, LimitCase, Model, Pushover, RecordCase, SettlementCase
+from blockstruct.vocabulary import FEW, Flow, Torsion
 
 
 def assumption_sentences(
-    model: Model, scope: Scope, cells: Sequence[str], masses: Sequence[str], higher: str
+    model: Model,
+    cases: Sequence[Case],
+    cells: Sequence[str] = (),
+    masses: Sequence[str] = (),
+    *,
+    has_curve: bool = False,
+    rotates: bool = False,
+    higher: str = "",
 ) -> list[str]:
     """Return the assumptions of an analysis.
 
     Parameters
     ----------
-    model, scope
-        The structure and the facts.
+    model, cases
+        The structure and its cases.
     cells, masses
         Sentences on joints that crush in cells, and on the masses of pushes.
+    has_curve
+        Whether a pushover or a settlement has a capacity curve.
+    rotates
+        Whether a check has the capacity curve of a body that turns about a hinge.
     higher
-        Remark on parts of the structure that a check does not cover.
+        Remark on parts of the structure that a check does not cover; empty without checks.
     """
+    limit = [case for case in cases if isinstance(case, LimitCase)]
+    settles, moves = (any(isinstance(case, kind) for case in cases) for kind in (SettlementCase, RecordCase))
     joints = model.joint_materials.values()
-    finite = ["beyond the collapse state of a pushover" + " or a settlement" * scope.settles] * scope.has_curve
-    finite += ["along the capacity curve of a check"] * scope.rotates
-    finite += ["in the response to a record"] * scope.moves
+    finite = ["beyond the collapse state of a pushover" + " or a settlement" * settles] * has_curve
+    finite += ["along the capacity curve of a check"] * rotates
+    finite += ["in the response to a record"] * moves
     crushing = [np.isfinite(j.compressive_strength) for j in joints]
     texts = [
         (
             "Blocks are rigid and do not break; all deformation is in the joints between them. Supports do not move"
-            f"{', except for those of a settlement case' if scope.settles else ''}."
+            f"{', except for those of a settlement case' if settles else ''}."
         ),
         (
             f"Displacements are small{', except ' * bool(finite)}{' and '.join(finite)}: equilibrium refers to the "
-            f"undeformed structure. {'Imposed' if scope.settles else 'Settlements, imposed'} deformations, stiffness "
-            f"and dynamic effects are not considered{', except in the response to a record' * scope.moves}."
+            f"undeformed structure. {'Imposed' if settles else 'Settlements, imposed'} deformations, stiffness "
+            f"and dynamic effects are not considered{', except in the response to a record' * moves}."
         ),
         (
             "Joints are rigid and perfectly plastic, with unlimited ductility. Contacts are the interfaces of the "
@@ -95,38 +76,38 @@ def assumption_sentences(
             "force and yield there without limit, unless an elongation limit is stated. Their weight is not considered."
         )
     ties = ", and ties break at their elongation limits" if model.ties else ""
-    if scope.has_curve:
+    if has_curve:
         texts.append(
             "Beyond the collapse state a curve follows the blocks through finite displacements, slowly and without "
             "dynamic effects. Equilibrium and contacts refer to the displaced blocks; "
-            f"{_corners(scope.corners)}{ties}."
+            f"{_corners(cases)}{ties}."
         )
-    if scope.moves:
+    if moves:
         texts.append(f"Under a record blocks move with their mass and strike each other without bounce{ties}.")
-    if scope.rotates:
+    if rotates:
         texts.append(
             "Along the capacity curve of a check a body turns through finite angles about a fixed hinge, where its "
             "joints press at collapse."
         )
-    if scope.is_checked:
+    if higher:
         texts.append(f"A check covers the mechanism found: {higher}.")
-    if scope.is_nonassociative:
+    if any(case.flow is Flow.NONASSOCIATIVE for case in limit):
         texts.append(
             "With non-associative flow the load factor is not unique: a certified load factor belongs to a collapse "
             "state, not necessarily to the lowest; it depends on the settings in the appendix."
         )
-    if scope.is_associative:
+    if any(case.flow is Flow.ASSOCIATIVE for case in limit):
         texts.append(
             "With associative flow the load factor is unique, and an upper bound for all non-associative flow rules."
         )
-    texts += masses
-    if scope.settles:
+    texts += masses if len(masses) <= FEW else [masses_below(len(masses))]
+    if settles:
         texts.append(
             "The reaction of moving supports is the force that joints and ties bring to them, without their own "
             "weight: the least one of a state that is a mechanism. With non-associative flow it is not unique"
-            f"{', either' * scope.pushes}, and not below the least that statics allows."
+            f"{', either' * bool(limit)}, and not below the least that statics allows."
         )
-    loads = "Load factors multiply the variable loads as modelled; n" if scope.pushes else "N"
+    loads = "Load factors multiply the variable loads as modelled; n" if limit else "N"
     return [*texts, f"{loads}o partial safety factor is included."]
 
 
@@ -156,7 +137,8 @@ def _crushing(model: Model) -> str:
     return f"Crushing is limited by a rectangular stress block of the compressive strength{outside}."
 
 
-def _corners(radii: Mapping[str, float]) -> str:
+def _corners(cases: Sequence[Case]) -> str:
+    radii = {case.name: case.corner_rounding for case in cases if isinstance(case, Pushover)}
     if not any(radii.values()):
         return "corners stay sharp"
     if len(set(radii.values())) == 1:

@@ -1,10 +1,12 @@
 """Sentences on the result of a case: end, number, certificate, curve, response to a record, and pushed masses."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
-from blockstruct.limit import Certificate, Outcome
+from blockstruct.limit import Certificate
 from blockstruct.model import (
     BodyForce,
     Case,
@@ -21,190 +23,7 @@ from blockstruct.statics.carried import carried_weights
 from blockstruct.statics.wrenches import applied_loads
 from blockstruct.text.mechanism import crushed_joints, kilonewton, ties_in_motion
 from blockstruct.text.numbers import Answer
-from blockstruct.vocabulary import (
-    FEW,
-    CurveDoubt,
-    CurveEnd,
-    PathEnd,
-    Procedure,
-    Reason,
-    Status,
-    axis_text,
-    counted,
-    listed,
-)
-
-_FOUND_BY = {
-    Procedure.LOADING_PATH: "along its loading path",
-    Procedure.FICTITIOUS: "by fictitious sliding conditions",
-    Procedure.SHIFTED: "by the shifted objective",
-    Procedure.ASSOCIATIVE: "with associative flow",
-}
-_PATH_ENDS = {
-    PathEnd.NO_DEAD_LOAD_STATE: "it found no state under dead load to begin with",
-    PathEnd.STEP_NOT_SOLVED: "one of its steps was not solved",
-    PathEnd.LIMIT_REACHED: "it reached its largest displacement or number of iterations",
-    PathEnd.NOT_CERTIFIED: "no state at its end met the tolerances of the certificate",
-}
-_REASONS = {
-    Reason.CERTIFIED: "the certificate holds",
-    Reason.DEAD_LOAD_NOT_CARRIED: "the joints carry at most {carried:.3g} of the dead load",
-    Reason.DEAD_LOAD_COLLAPSES: (
-        "friction between supports holds {hung} under the dead load in some states of self-stress and not in others"
-    ),
-    Reason.DEAD_LOAD_UNDECIDED: "the solver found neither forces that carry the dead load nor a mechanism",
-    Reason.NEVER_COLLAPSES: "the joints carry any multiple of {load}",
-    Reason.CARRIES_ANY_LOAD: (
-        "the joints can carry any multiple of {load}, which without dilatancy does not exclude collapse"
-    ),
-    Reason.GROWS_WITHOUT_LIMIT: "the {number} grows without limit, and the joints can carry any multiple of {load}",
-    Reason.NEVER_SETTLES: "from {low} to {high} over the last tenfold displacement, and not settled",
-    Reason.JAMS: "still {rising} at {last}, the blocks jam",
-    Reason.PROGRAM_NOT_SOLVED: "the solver did not solve the first program",
-    Reason.NO_CERTIFICATE: "no certificate in {programs}",
-    Reason.NEGATIVE_LOAD_FACTOR: "the only state that was found has a negative load factor",
-    Reason.AT_REST: "at rest after the record",
-    Reason.BLOCKS_FALLEN: "a block has fallen or turned over",
-    Reason.STILL_MOVING: "blocks still move at the end",
-    Reason.STEP_NOT_SOLVED: "a step was not solved, and the response ends there",
-    Reason.INTERRUPTED: "the user stopped the run",
-    Reason.KILLED: "the run was killed",
-    Reason.NOT_BEGUN: "no program was solved",
-}
-_WITHOUT_NUMBER = {
-    Status.UNSTABLE: "does not stand under its dead load",
-    Status.UNBOUNDED: "never collapses",
-    Status.INTERRUPTED: "interrupted",
-    Status.STANDS: "stands",
-    Status.COLLAPSES: "collapses at {time:.4g} s",
-    Status.UNDECIDED: "undecided",
-}
-
-
-def found_by(outcome: Outcome) -> str:
-    """Return how the load factor was found, as in ``"along its loading path"``; empty without one."""
-    return _FOUND_BY[outcome.procedure] if outcome.procedure is not None else ""
-
-
-def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
-    """Return why a case ended with its status, without a full stop.
-
-    If a loading path was followed and not closed, the text states why.
-    """
-    low, high = answer.ends(outcome.drift or (np.nan, np.nan))
-    text = _REASONS[outcome.reason].format(
-        carried=outcome.carried,
-        hung=listed(hung, FEW) or "the structure",
-        load="this motion of the supports" if answer.is_reaction else "the variable load",
-        number=answer.name,
-        rising="falling" if answer.is_reaction else "rising",
-        last=low if answer.is_reaction else high,
-        low=low,
-        high=high,
-        programs=counted(outcome.programs, "program"),
-    )
-    if outcome.path_end not in (None, PathEnd.CLOSED):
-        text += f"; the loading path did not finish: {_PATH_ENDS[outcome.path_end]}"
-    if np.isfinite(outcome.load_ratio):
-        text += (
-            f"; the loads of two blocks that touch differ by a factor of {outcome.load_ratio:.1e}, too much for the "
-            "solver: give plates and wedges between heavy blocks no weight, or more"
-        )
-    return text
-
-
-def ended(outcome: Outcome, *, has_procedure: bool) -> str:
-    """Return how a case ended in two or three words, such as ``"NOT SETTLED"``.
-
-    Parameters
-    ----------
-    outcome
-        The outcome.
-    has_procedure
-        Whether the case is non-associative, so that a load factor may be unsettled.
-    """
-    if outcome.status is not Status.CONVERGED or not has_procedure:
-        return outcome.status.words
-    return outcome.status.words if outcome.settled else "NOT SETTLED"
-
-
-def range_text(ends: tuple[float, float] | None, answer: Answer) -> str:
-    """Return the range of a load factor over the variants of its loading path; empty without one."""
-    if ends is None:
-        return ""
-    low, high = answer.ends(ends)
-    if low == high:
-        return "unchanged with other steps and joint stiffness"
-    return f"{low} to {high} by step length and joint stiffness"
-
-
-def sentence(
-    outcome: Outcome,
-    answer: Answer,
-    *,
-    bound: float = np.nan,
-    path_range: tuple[float, float] | None = None,
-    hung: Sequence[str] = (),
-    digits: int = 4,
-) -> str:
-    """Return how a case ended, its number, how it was found and between which limits it lies.
-
-    Parameters
-    ----------
-    outcome, answer
-        The outcome, and the name of its number.
-    bound
-        Load factor with associative flow, an upper bound; infinite if it has none, NaN if unknown.
-    path_range
-        Lowest and highest load factor of the variants of the loading path.
-    hung
-        Blocks that stand under their dead load only in some states of self-stress.
-    digits
-        Significant digits of the number, its bound and its peak.
-
-    Examples
-    --------
-    >>> from blockstruct.limit import Outcome
-    >>> from blockstruct.text.numbers import LOAD_FACTOR
-    >>> from blockstruct.vocabulary import Procedure, Reason, Status
-    >>> found = Outcome(Status.CONVERGED, 0.5509, Reason.CERTIFIED, Procedure.LOADING_PATH, settled=True)
-    >>> sentence(found, LOAD_FACTOR, bound=0.7498)
-    'collapses at load factor 0.5509 along its loading path (certified; associative bound 0.7498)'
-    """
-    if outcome.status is not Status.CONVERGED:
-        text = _WITHOUT_NUMBER.get(outcome.status, f"no {answer.name}").format(time=outcome.collapse_time)
-        return f"{text}: {why(outcome, answer, hung)}"
-    number, bounds = answer.text(outcome.load_factor, digits), []
-    if path_range is not None:
-        bounds.append(range_text(path_range, answer))
-    last = "" if outcome.drift is None else "{} to {}".format(*answer.ends(outcome.drift))
-    if np.isfinite(outcome.without_crushing):
-        bounds.append(f"without crushing; with crushing {last}")
-    elif last and not outcome.settled:
-        bounds.append(f"its last values are {last}")
-    bounds.append("certified")
-    if outcome.procedure is Procedure.ASSOCIATIVE:
-        bounds.append("a bound of every other flow rule")
-    elif np.isfinite(bound):
-        bounds.append(f"associative bound {answer.text(bound, digits)}")
-    elif np.isinf(bound):
-        bounds.append("no associative bound")
-    verb = "follows its supports at a" if answer.is_reaction else "collapses at"
-    text = f"{verb} {answer.name} {'of ' * answer.is_reaction}{number} {found_by(outcome)} ({'; '.join(bounds)})"
-    if np.isfinite(outcome.peak):
-        text += f" after {_peak(outcome, answer, digits)}"
-    if not outcome.settled:
-        text = f"NOT SETTLED, {text}"
-    if outcome.stands_in:
-        text += f". The loading path did not finish: {_PATH_ENDS[outcome.path_end or PathEnd.NOT_CERTIFIED]}"
-    return text
-
-
-def _peak(outcome: Outcome, answer: Answer, digits: int) -> str:
-    peak = answer.text(outcome.peak, digits)
-    if answer.is_reaction:
-        return f"a least reaction of {peak} on the way"
-    return f"a peak of {peak}: a load that is not reduced brings it down at the peak"
+from blockstruct.vocabulary import FEW, CurveDoubt, CurveEnd, Status, axis_text, counted, listed
 
 
 def capitalised(text: str) -> str:
@@ -243,15 +62,16 @@ def admissible_state(alpha: float, gap: float, iteration: int, answer: Answer, *
     meaning += f" bound of the {wanted}"
     if not is_associative:
         meaning = f"not the {wanted}, and without dilatancy not {meaning}"
+    gap_unit = "dead load" if answer.is_reaction else "load factor"
     return (
         f"Forces in equilibrium within the strength of all joints were found at {answer.name} {answer.text(alpha)} "
-        f"(iteration {iteration}). They miss the flow rule by {gap:.1e} in units of {_gap_unit(answer)}. "
+        f"(iteration {iteration}). They miss the flow rule by {gap:.1e} in units of the {gap_unit}. "
         f"It is {meaning}."
     )
 
 
-def certificate_sentence(certificate: Certificate | None, status: Status, answer: Answer, *, has_ties: bool) -> str:
-    """Return the sentence on the certificate of a case, with its measures and their tolerances."""
+def certificate_sentence(certificate: Certificate | None, status: Status) -> str:
+    """Return the sentences on the certificate of a case, with its measures and their tolerances."""
     if certificate is None:
         return "There is no certificate."
     if status is Status.UNSTABLE:
@@ -260,18 +80,8 @@ def certificate_sentence(certificate: Certificate | None, status: Status, answer
     if status is Status.SELF_STRESS:
         verdict = "is certified" if certificate.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
-    loaded = "no joint and no tie" if has_ties else "no joint"
-    (residual, of_residual), (excess, of_excess), (depth, of_depth), (gap, of_gap) = certificate.texts.values()
-    return (
-        f"The {certificate.verdict}: equilibrium is off by at most {residual} of a block's weight (tolerance "
-        f"{of_residual}), {loaded} is loaded beyond its strength by more than {excess} of it ({of_excess}), blocks "
-        f"penetrate by at most {depth} of the largest motion ({of_depth}), and the flow rule is missed by {gap} of "
-        f"{_gap_unit(answer)} ({of_gap})."
-    )
-
-
-def _gap_unit(answer: Answer) -> str:
-    return f"the {'dead load' if answer.is_reaction else 'load factor'}"
+    measures = [f"{name}: {sentence} (tolerance {limit})" for name, sentence, limit in certificate.rows]
+    return f"The {certificate.verdict}. {capitalised('; '.join(measures))}"
 
 
 def pushed_states(
@@ -310,48 +120,24 @@ def tilting_table(angle: float) -> str:
     return f"on a tilting table: falls at {angle:.4g} deg"
 
 
-def response_sentences(
-    *,
-    largest: tuple[float, str],
-    remaining: tuple[float, str],
-    fallen: Sequence[str],
-    ties: Sequence[tuple[str, float, float]],
-    crushed: float,
-    end: float,
-    step: float,
-    steps: int,
-) -> list[str]:
-    """Return the sentences on a response.
-
-    Parameters
-    ----------
-    largest, remaining
-        Largest displacement during the motion and at its end, m, each with its block.
-    fallen
-        Blocks that have fallen.
-    ties
-        Name, largest elongation, m, and time of the break, s, or NaN, of each tie.
-    crushed
-        Largest depth, m, that joints have lost.
-    end
-        Time of the last state, s.
-    step, steps
-        Length of the steps, s, and their number.
-
-    Examples
-    --------
-    >>> at = {"largest": (0.12, "b2"), "remaining": (0.002, "b1")}
-    >>> print(*response_sentences(**at, fallen=[], ties=[], crushed=0, end=8, step=2e-3, steps=41)[:2])
-    The largest displacement is 120 mm, of block b2. At the end, 8 s, 2 mm remain, of block b1.
-    """
-    sentences = [f"The largest displacement is {1e3 * largest[0]:.4g} mm, of block {largest[1]}."]
+def response_sentences(response: xr.Dataset, fallen: Sequence[str]) -> list[str]:
+    """Return the sentences on a response: its largest and its remaining displacement, fallen blocks, ties, steps."""
+    last, names = response.isel(time=-1), response["block"].to_numpy()
+    peak, left = last["peak_displacement"].to_numpy(), np.linalg.norm(last["displacement"].to_numpy(), axis=1)
+    sentences = [f"The largest displacement is {1e3 * peak.max():.4g} mm, of block {names[peak.argmax()]}."]
     if fallen:
         which = f"block {fallen[0]} has" if len(fallen) == 1 else f"blocks {listed(fallen, FEW)} have"
-        sentences.append(f"At {end:.4g} s {which} fallen.")
+        sentences.append(f"At {last['time'].item():.4g} s {which} fallen.")
     else:
-        sentences.append(f"At the end, {end:.4g} s, {1e3 * remaining[0]:.4g} mm remain, of block {remaining[1]}.")
-    sentences += [*ties_in_motion(ties), *crushed_joints(crushed)]
-    return [*sentences, f"It took {steps} steps of at most {1e3 * step:.4g} ms."]
+        remain = f"{1e3 * left.max():.4g} mm remain, of block {names[left.argmax()]}"
+        sentences.append(f"At the end, {last['time'].item():.4g} s, {remain}.")
+    if "tie_break_time" in last:
+        of_ties = (last[name].to_numpy().tolist() for name in ("tie", "peak_tie_elongation", "tie_break_time"))
+        sentences += ties_in_motion(list(zip(*of_ties, strict=True)))
+    if "largest_crushed_depth" in last:
+        sentences += crushed_joints(last["largest_crushed_depth"].item())
+    steps, longest = int(last["steps"]), float(response["time_step"])
+    return [*sentences, f"It took {steps} steps of at most {1e3 * longest:.4g} ms."]
 
 
 def response_number(largest: float, collapse_time: float) -> tuple[str, str]:
@@ -440,55 +226,59 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
             )
 
 
-def doubtful_part(
-    doubt: CurveDoubt,
-    displacement: tuple[float, float],
-    load_factor: tuple[float, float],
-    missed: float,
-    procedure: str,
-    *,
-    has_ties: bool,
-) -> str:
-    """Return a clause on a part of a capacity curve that may depend on its steps.
+@dataclass(frozen=True, slots=True)
+class DoubtfulPart:
+    """A part of a capacity curve that may depend on its steps.
 
-    Parameters
+    Attributes
     ----------
-    doubt
-    displacement, load_factor
-        Of the control point, m, and of the states between which the part lies.
-    missed
-        Share of all work so far that the forces miss.
-    procedure
-        Procedure that found the collapse state.
-    has_ties
-        Whether the structure has ties.
+    doubt : CurveDoubt
+    displacement, load_factor : tuple of float
+        Displacement of the control point, m, and load factor at the states between which the part lies. A rise lies
+        between the first state and the highest. If the curve begins too high, the first load factor is that of the
+        collapse state.
+    missed : float
+        Work that the step to the last of these states misses, relative to all work so far.
+    procedure : str
+        Procedure of the settings, which found the collapse state.
+    has_ties : bool
     """
-    before, after = (f"{1e3 * d:.4g} mm" for d in displacement)
-    changes = f"from {load_factor[0]:.4g} to {load_factor[1]:.4g} at a displacement of"
-    match doubt:
-        case CurveDoubt.BEGINS_ABOVE:
-            factors = f"{load_factor[1]:.4g}, above the load factor of the collapse state, {load_factor[0]:.4g}"
-            return f"the curve begins at {factors}: friction leaves more than one collapse state"
-        case CurveDoubt.RISES:
-            tight = ", or ties are pulled tight" if has_ties else ""
-            begun = "" if procedure == "loading path" else _BEGUN
-            return f"the load factor rises {changes} {after}: blocks meet, interlock or jam{tight}{begun}"
-        case CurveDoubt.SLIPS:
-            why = "where units slip and catch a curve depends on its steps"
-            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
-        case CurveDoubt.LEAPS:
-            why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
-            return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
-        case CurveDoubt.GOES_BACK:
-            why = "its displacement does not measure the motion there, so follow another point"
-            return f"the control point goes back from {before} to {after}: {why}"
-        case CurveDoubt.MISSES_WORK:
-            work = f"{missed:.1%} of all work is missed in the step from a displacement of {before}"
-            return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
-        case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
-            rock = "rock" if doubt is CurveDoubt.ROCKS else "rock and slide"
-            where = f"up to a displacement of {before}, and {rock} from {after} on"
-            return f"blocks slide {where}: that is known to a step{_OTHER_STEPS}"
+
+    doubt: CurveDoubt
+    displacement: tuple[float, float]
+    load_factor: tuple[float, float]
+    missed: float
+    procedure: str
+    has_ties: bool
+
+    def __str__(self) -> str:
+        before, after = (f"{1e3 * d:.4g} mm" for d in self.displacement)
+        first, last = (f"{alpha:.4g}" for alpha in self.load_factor)
+        changes = f"from {first} to {last} at a displacement of"
+        match self.doubt:
+            case CurveDoubt.BEGINS_ABOVE:
+                above = f"above the load factor of the collapse state, {first}"
+                return f"the curve begins at {last}, {above}: friction leaves more than one collapse state"
+            case CurveDoubt.RISES:
+                tight = ", or ties are pulled tight" if self.has_ties else ""
+                begun = "" if self.procedure == "loading path" else _BEGUN
+                return f"the load factor rises {changes} {after}: blocks meet, interlock or jam{tight}{begun}"
+            case CurveDoubt.SLIPS:
+                why = "where units slip and catch a curve depends on its steps"
+                return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+            case CurveDoubt.LEAPS:
+                why = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips after it slid"
+                return f"the load factor jumps {changes} {before}: {why}{_OTHER_STEPS}"
+            case CurveDoubt.GOES_BACK:
+                why = "its displacement does not measure the motion there, so follow another point"
+                return f"the control point goes back from {before} to {after}: {why}"
+            case CurveDoubt.MISSES_WORK:
+                work = f"{self.missed:.1%} of all work is missed in the step from a displacement of {before}"
+                return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
+            case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
+                rock = "rock" if self.doubt is CurveDoubt.ROCKS else "rock and slide"
+                where = f"up to a displacement of {before}, and {rock} from {after} on"
+                return f"blocks slide {where}: that is known to a step{_OTHER_STEPS}"
 
 
 _NAMES = {"weight": "concentrated weights", "line_load": "line loads", "area_load": "area loads", "fill_load": "fill"}
@@ -510,7 +300,7 @@ def _of_push(model: Model, case: Case) -> str:
         return ""
     pushed = "accelerated" if is_record else "pushed"
     free = np.array([not b.fixed for b in model.blocks])
-    masonry = sum(b.weight for b in model.blocks if not b.fixed)
+    masonry = model.weight
     carried = carried_weights(model, case.dead)
     names = np.array([_NAMES.get(kind_of(load), "") for load in case.dead.loads], dtype=object)
     parts = []

@@ -119,34 +119,14 @@ def tie_title(name: str, kind: str = "tie") -> str:
 
 
 def tie_sentence(
-    name: str,
-    state: str,
-    force: float,
-    capacity: float,
-    governing: str,
-    *,
-    lengthens: float,
-    elongation_limit: float,
-    at: float,
+    name: str, force: float, capacity: float, governing: str, state: str, elongation: float, limit: float, at: float
 ) -> str:
-    """Return the sentence on a tie at collapse.
-
-    Parameters
-    ----------
-    name, state, governing
-        Its name, its state, and the limit that its capacity is.
-    force, capacity
-        N.
-    lengthens
-        Elongation relative to the largest displacement of a block; zero if negligible.
-    elongation_limit, at
-        Elongation limit, and largest displacement of a block at which it is reached, m; NaN if it is not reached.
-    """
+    """Return the sentence on a tie at collapse, from a row of :func:`blockstruct.results.ties_at_collapse`."""
     text = f"{tie_title(name, 'Tie')}: {state}, {kilonewton(force)} of {kilonewton(capacity)} ({governing})"
-    if lengthens:
-        text += f"; it lengthens by {lengthens:.3g} times the largest block displacement"
+    if elongation > SLIGHT:
+        text += f"; it lengthens by {elongation:.3g} times the largest block displacement"
         if np.isfinite(at):
-            text += f" and reaches its limit of {elongation_limit * 1e3:.4g} mm at {at * 1e3:.4g} mm, to first order"
+            text += f" and reaches its limit of {limit * 1e3:.4g} mm at {at * 1e3:.4g} mm, to first order"
     return f"{text}."
 
 
@@ -197,6 +177,11 @@ def least_ties_sentence(
 def kilonewton(force: float) -> str:
     """Return a force in N as text in kN."""
     return f"{force / 1e3:.4g} kN"
+
+
+def weight_text(total: float, carried: float) -> str:
+    """Return the weight of a body and the carried part, N, as text in kN."""
+    return f"{kilonewton(total)}{f', {kilonewton(carried)} of it carried' if carried else ''}"
 
 
 def roller_sentences(reactions: Mapping[str, Mapping[str, float]]) -> list[str]:

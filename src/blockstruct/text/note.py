@@ -95,7 +95,18 @@ class Note:
 
 #: Change of a number, relative to the number, below which it has no note.
 EFFECT = 0.01
-_REMEDIES = {
+#: Fact of an outcome with the number that the remedy of a note gives.
+EFFECTS = {
+    NoteCode.CORNER_TORSION: "uniform_torsion",
+    NoteCode.CORNER_TORSION_POSSIBLE: "uniform_torsion",
+    NoteCode.ELLIPSOID_TORSION: "lowered_friction",
+    NoteCode.ELLIPSOID_TORSION_POSSIBLE: "lowered_friction",
+    NoteCode.BIAXIAL_CRUSHING: "biaxial_crushing",
+    NoteCode.JAMMED: "other_procedure",
+    NoteCode.JAMMED_PART: "other_procedure",
+}
+#: Remedies of notes whose effect is measured, as words after "with".
+REMEDIES = {
     NoteCode.CORNER_TORSION: 'torsion="uniform pressure" in the joints',
     NoteCode.ELLIPSOID_TORSION: "the friction of each joint divided by its excess of torsion",
     NoteCode.BIAXIAL_CRUSHING: "crushing about both axes together (biaxial)",
@@ -156,7 +167,7 @@ def effect_note(
     side = "more" if change > 0 else "less"
     about, source = ("about ", ", estimated by the first steps of its loading path") if is_estimate else ("", "")
     number = answer.text(changed, digits=2 if is_estimate else 4)
-    text = f"With {_REMEDIES[code]} the {answer.name} is {about}{number}, {abs(change):.0%} {side}{source}."
+    text = f"With {REMEDIES[code]} the {answer.name} is {about}{number}, {abs(change):.0%} {side}{source}."
     return Note(code, Severity.CAUTION, text, float(change))
 
 

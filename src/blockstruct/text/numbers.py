@@ -5,6 +5,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from blockstruct.arrays import NEGLIGIBLE
 from blockstruct.limit.settlement import reaction_unit
 from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.units import readable, to_quantity
@@ -57,12 +58,16 @@ class Answer:
 
     def text(self, alpha: float, digits: int = 4) -> str:
         """Return the answer at a load factor as text: a number, ``infinite`` or ``none``."""
-        return self.format(self.factor * alpha + 0.0, digits)
+        return self.format(self._value(alpha), digits)
 
     def ends(self, alphas: tuple[float, float], digits: int = 4) -> tuple[str, str]:
         """Return both ends of a range of load factors as texts, the smaller number first, in one unit."""
-        low, high = sorted(self.factor * alpha + 0.0 for alpha in alphas)
+        low, high = sorted(map(self._value, alphas))
         return self.format(low, digits, alongside=high), self.format(high, digits, alongside=low)
+
+    def _value(self, alpha: float) -> float:
+        """Return the answer in SI; zero for a reaction that is rounding beside the dead load."""
+        return 0.0 if self.is_reaction and abs(alpha) <= NEGLIGIBLE else self.factor * alpha + 0.0
 
     def format(self, value: float, digits: int = 4, *, alongside: float = 0.0) -> str:
         """Return an answer in SI as text, in the unit that suits the larger of two values."""

@@ -4,10 +4,10 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
 from textwrap import indent
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
@@ -21,17 +21,9 @@ from blockstruct.analysis.events import follow
 from blockstruct.text import study
 from blockstruct.text.case import response_number
 from blockstruct.units import SI_UNITS, short_unit
+from blockstruct.views import words
 from blockstruct.views.selection import compasses
-from blockstruct.views.words import (
-    admissible_words,
-    number_words,
-    pushover_words,
-    range_words,
-    response_words,
-    roller_words,
-    tie_words,
-)
-from blockstruct.vocabulary import counted, listed
+from blockstruct.vocabulary import in_words
 
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
 _FOLDS = ((math.inf, math.inf), (12, math.inf), (12, 12), (8, 8), (4, 4))
@@ -40,31 +32,38 @@ _NOT_FINITE = ("unstable", "unbounded", "unknown")
 
 
 def study_table(data: xr.Dataset) -> Table:
-    """Return the table of a study, a row per case of each run: parameters, load factor, status, problem."""
-    frame = bs.studies.frame_of(data)
+    """Return the table of a study, a row per case of each run: case, parameters, load factor, status, problem."""
+    frame, most = bs.studies.frame_of(data), pd.get_option("display.max_rows")
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
-    most = pd.get_option("display.max_rows")
-    rows = frame.head(most).to_dict("records")
-    columns = parameter_columns(rows, varied, frame.attrs["units"])
-    columns.append(("case", [row["case"] for row in rows], "left"))
-    columns.append(numbers_column(map(_number, rows)))
-    columns.append(("status", [_ending(row) for row in rows], "left"))
-    table = folded_table(columns)
-    if len(frame) > len(rows):
+    table = _case_table(frame.head(most), ["case"], varied, frame.attrs["units"])
+    if len(frame) > most:
         table.add_row(Text(f"… {len(frame)} rows"))
     return table
 
 
-def parameter_columns(
-    rows: Sequence[Mapping[Any, Any]], names: Sequence[str], units: Mapping[str, str], prefix: str = ""
-) -> list[tuple[str, list[str], JustifyMethod]]:
-    """Return the columns of parameters, with short names and units; a cell is empty if a row has no value."""
-    columns: list[tuple[str, list[str], JustifyMethod]] = []
-    for name, short in zip(names, short_names([name.removeprefix(prefix) for name in names]), strict=True):
+def archive_table(rows: pd.DataFrame) -> Table:
+    """Return the table of rows of :meth:`blockstruct.Archive.table`, without unreadable files."""
+    varied = [str(name) for name in rows.columns if name.startswith("parameter_")]
+    return _case_table(rows[rows["problem"] == ""], ["path", "case"], varied, rows.attrs.get("units", {}))
+
+
+def _case_table(frame: pd.DataFrame, names: Sequence[str], varied: Sequence[str], units: Mapping[str, str]) -> Table:
+    """Return the table of cases with their parameters; a cell is empty if a case has no value."""
+    rows = frame.to_dict("records")
+    columns: list[tuple[str, list[str], JustifyMethod]] = [
+        (name, [row[name] for row in rows], "left") for name in names
+    ]
+    for name, short in zip(varied, short_names([name.removeprefix("parameter_") for name in varied]), strict=True):
         unit = units.get(name, "dimensionless")
         symbol = "" if " or " in unit else short_unit(unit)
         columns.append((f"{short} [{symbol}]" if symbol else short, [_cell(row[name]) for row in rows], "right"))
-    return columns
+    columns.append(numbers_column(map(_number, rows)))
+    if any(math.isfinite(row.get("curve_end", math.nan)) for row in rows):
+        columns.append(("d0 [m]", [_d0(row) for row in rows], "right"))
+    if "path" in names:
+        columns.append(("programs", [f"{row['n_iterations']:.0f}" for row in rows], "right"))
+    columns.append(("status", [_ending(row) for row in rows], "left"))
+    return folded_table(columns)
 
 
 def _cell(value: Any) -> str:
@@ -75,8 +74,9 @@ def _cell(value: Any) -> str:
 
 def _ending(row: Mapping[Any, Any]) -> str:
     """Return the status of a case, and why its run failed or it has no curve."""
-    why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row["missing_curve"] else "")
-    return ": ".join(filter(None, (status_cell(row), why)))
+    drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
+    why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row.get("missing_curve") else "")
+    return ": ".join(filter(None, ("NOT SETTLED" if drifts else in_words(row["status"]), why)))
 
 
 class FoldedTable(Table):
@@ -126,17 +126,11 @@ def numbers_column(named: Iterable[tuple[str, str]]) -> tuple[str, list[str], Ju
 def _number(row: Mapping[Any, Any]) -> tuple[str, str]:
     """Return name and number of a case: load factor, reaction with its unit, or number of a response."""
     if math.isfinite(largest := row.get("peak_displacement", math.nan)):
-        return response_number(largest, row["collapse_time"])
+        return response_number(largest, row.get("collapse_time", math.nan))
     for name, unit in (("reaction", "N"), ("reaction_moment", "N·m")):
         if math.isfinite(row.get(name, math.nan)):
             return "reaction", f"{row[name]:.6g} {unit}"
     return "load factor", bs.results.LOAD_FACTOR.text(row["load_factor"], 6)
-
-
-def status_cell(row: Mapping[Any, Any]) -> str:
-    """Return the status of a case, and whether its load factor settled."""
-    drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
-    return "NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
 
 
 def study_summary(summary: xr.Dataset) -> str:
@@ -227,40 +221,22 @@ def iteration_table(history: xr.Dataset) -> Table:
     return table
 
 
-def model_text(model: bs.Model) -> str:
-    """Return name, supports, size and weight of a model."""
-    points = np.concatenate([b.shape.vertices for b in model.blocks])
-    x, y, z = np.ptp(points, axis=0)
-    fixed = [b.name for b in model.blocks if b.fixed]
-    rollers = [f"{b.name} holds {', '.join(b.held)}" for b in model.blocks if b.is_roller]
-    weight = sum(b.weight for b in model.blocks if not b.fixed)
-    text = (
-        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({listed(fixed)})\n"
-        f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
-        f"their weight {weight / 1e3:.4g} kN"
-    )
-    if rollers:
-        text += f"\n{counted(len(rollers), 'support')} of some motions: {listed(rollers).replace(', ', '; ')}"
-    if model.ties:
-        text += f"\n{counted(len(model.ties), 'tie')}: {listed([tie.name for tie in model.ties])}"
-    return text
-
-
 def result_text(result: bs.CaseResult) -> Text:
     """Return load factor, notes and certificate of a case."""
     case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.question}\n")
     text.append(f"  {result.headline}\n", style="bold")
-    if reactions := range_words(result):
+    if reactions := words.range_words(result):
         text.append(f"  {reactions}\n")
     for warning in (*result.warnings, *result.owed):
         text.append(f"  warning: {warning}\n", style="bold yellow")
-    left = admissible_words(result)
+    left = words.admissible_words(result)
     if left:
         text.append(f"  {left}\n")
-    for sentence in (*roller_words(result), *tie_words(result), *pushover_words(result), *response_words(result)):
-        text.append(f"  {sentence}\n")
+    for of_kind in (words.roller_words, words.tie_words, words.pushover_words, words.response_words):
+        for sentence in of_kind(result):
+            text.append(f"  {sentence}\n")
     if c is None:
         return text
     if result.status.is_of_dead_load:
@@ -276,28 +252,11 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            numbers_column(number_words(r, 6) for r in results),
+            numbers_column(r.number(6) for r in results),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
     )
-
-
-def archive_table(rows: pd.DataFrame) -> Table:
-    """Return the table of rows of :meth:`blockstruct.Archive.table`, without unreadable files."""
-    units = rows.attrs.get("units", {})
-    shown = rows[rows["problem"] == ""].to_dict("records")
-    varied = [c for c in rows.columns if c.startswith("parameter_")]
-    columns: list[tuple[str, list[str], JustifyMethod]] = [
-        (name, [row[name] for row in shown], "left") for name in ("path", "case")
-    ]
-    columns += parameter_columns(shown, varied, units, "parameter_")
-    columns.append(("status", [status_cell(row) for row in shown], "left"))
-    columns.append(numbers_column(map(_number, shown)))
-    if any(math.isfinite(row["curve_end"]) for row in shown):
-        columns.append(("d0 [m]", [_d0(row) for row in shown], "right"))
-    columns.append(("programs", [f"{row['n_iterations']:.0f}" for row in shown], "right"))
-    return folded_table(columns)
 
 
 def _d0(row: Mapping[Any, Any]) -> str:
@@ -326,12 +285,13 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
             {
                 "name": r.name,
                 "flow": r.case.flow.value,
-                "status": r.status.value,
+                **asdict(r.outcome),
                 "load_factor": None if r.answer.is_reaction else r.load_factor,
+                "hung": r.hung,
+                "jammed": r.jammed,
                 "reaction": _reaction(r),
                 "iterations": r.n_iterations,
                 "duration": r.duration,
-                **_outcome(r),
                 "path_dependence": r.path_dependence,
                 "text": str(r.headline),
                 "warnings": [*r.warnings, *r.owed, *_of_curve(r)],
@@ -390,22 +350,6 @@ def _headline(headline: bs.results.Headline) -> dict[str, Any]:
         "status": headline.status.value,
         "settled": headline.settled,
         "text": str(headline),
-    }
-
-
-def _outcome(r: bs.CaseResult) -> dict[str, Any]:
-    """Return the outcome of a case as plain values."""
-    o = r.outcome
-    return {
-        "reason": o.reason.value,
-        "procedure": o.procedure and o.procedure.value,
-        "settled": o.settled,
-        "drift": o.drift,
-        "peak": o.peak,
-        "path_end": o.path_end and o.path_end.value,
-        "without_crushing": o.without_crushing,
-        "hung": list(r.hung),
-        "jammed": list(r.jammed),
     }
 
 

@@ -17,8 +17,8 @@ import blockstruct as bs
 from blockstruct.arrays import Array
 from blockstruct.files import writing
 from blockstruct.views.export.motion import Motion, motion_of_states
-from blockstruct.views.output import write_text
-from blockstruct.views.selection import application_points, contact_forces, given_result
+from blockstruct.views.output import target_with, write_text
+from blockstruct.views.selection import application_points, given_result
 from blockstruct.views.solids import Patches, Solids, TieLines, triangles
 
 try:
@@ -67,10 +67,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     StorageError
         If the path does not end in ``.pvd`` or cannot be written.
     """
-    target, model = Path(path), given_result(result, "write_paraview").model
-    if target.suffix != ".pvd":
-        msg = f"{target}: give a name that ends in .pvd"
-        raise bs.errors.StorageError(msg)
+    target, model = target_with(path, ".pvd"), given_result(result, "write_paraview").model
     if not result.n_iterations and result.response is None:
         ended = str(result.headline)
         msg = f"case {result.name!r}: no iteration to export, {ended}; run the case again"
@@ -167,7 +164,7 @@ class _Still:
 
         at_points = pv.PolyData(np.asarray(history["contact_point_position"].to_numpy(), dtype=float))
         last = history.isel(iteration=0)
-        at_points.point_data["contact force [newton]"] = contact_forces(last)
+        at_points.point_data["contact force [newton]"] = bs.results.contact_forces(last)
         at_points.point_data["normal force [newton]"] = last["contact_force"].sel(component="n").to_numpy()
         at_points.point_data["interface"] = history["interface_of_contact_point"].to_numpy()
         resultants = pv.PolyData()

@@ -3,11 +3,9 @@
 import operator
 
 import numpy as np
-import xarray as xr
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
-from blockstruct.vocabulary import listed
 
 
 def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
@@ -45,9 +43,7 @@ def chosen_interface(model: bs.Model, name: str) -> int:
         If no interface has the name.
     """
     names = [i.name for i in model.interfaces]
-    if name not in names:
-        msg = f"model {model.name!r}: no interface {name!r}; it has {listed(names)}"
-        raise bs.errors.UnknownNameError(msg)
+    bs.errors.check_known(name, names, f"model {model.name!r}: no interface")
     return names.index(name)
 
 
@@ -82,13 +78,6 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[Array, Ar
     point = history["interface_position"].to_numpy() + np.einsum("ij,ija->ia", e, frame[:, 1:])
     point[~pressed] = np.nan
     return point, np.einsum("ic,ica->ia", force, frame)
-
-
-def contact_forces(history: xr.Dataset) -> Array:
-    """Return the forces (K, 3) at the contact points of one iteration, N, in global axes."""
-    frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-    local = history["contact_force"].transpose("contact_point", "component").to_numpy()
-    return np.asarray(np.einsum("kc,kca->ka", local, frame))
 
 
 def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[Index, list[bs.results.MacroBlock]]:

@@ -146,15 +146,7 @@ class TieLines:
 def _displacement(result: bs.CaseResult, iteration: int, blocks: Index, points: Array) -> Array:
     """Return the displacement (…, 3) of points (…, 3) of blocks (…,) in the mechanism of an iteration."""
     moves = bs.results.mechanism(result.history.isel(iteration=[iteration]))
-    shift, turn = (moves[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation"))
-    arms = points - np.array([block.centroid for block in result.model.blocks])[blocks]
-    return np.asarray(shift[blocks] + np.cross(turn[blocks], arms))
-
-
-def block_pairs(model: bs.Model) -> Index:
-    """Return the minus and plus blocks (I, 2) of the interfaces."""
-    index = model.block_index
-    return np.array([(index[i.minus], index[i.plus]) for i in model.interfaces], dtype=np.int64).reshape(-1, 2)
+    return bs.results.velocities(result.model, bs.results.twists(moves), blocks, points)
 
 
 def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:

@@ -100,13 +100,6 @@ def response_words(result: bs.CaseResult) -> list[str]:
     return [] if result.response is None else bs.results.response_words(result.model, result.response)
 
 
-def number_words(result: bs.CaseResult, digits: int = 4) -> tuple[str, str]:
-    """Return name and number of a result: load factor, reaction, or that of a response."""
-    if result.response is None:
-        return result.answer.name, result.answer.text(result.load_factor, digits)
-    return case_text.response_number(result.peak_displacement, result.collapse_time)
-
-
 def without_curve_words(result: bs.CaseResult) -> str:
     """Return why a result has no capacity curve, and the remedy, as the end of a message."""
     reason = f"no capacity curve, {result.missing_curve or result.headline}"
@@ -122,7 +115,5 @@ def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:
 
 
 def certificate_words(result: bs.CaseResult) -> str:
-    """Return the sentence on the certificate of a result, with its measures."""
-    return case_text.certificate_sentence(
-        result.certificate, result.status, result.answer, has_ties=bool(result.model.ties)
-    )
+    """Return the sentences on the certificate of a result, with its measures."""
+    return case_text.certificate_sentence(result.certificate, result.status)

@@ -41,8 +41,7 @@ def write_assembly(result: bs.CaseResult, path: str | Path, *, iteration: int = 
     target = target_with(path, ".json")
     model, index = result.model, chosen_iteration(given_result(result, "write_assembly"), iteration)
     history = result.history.isel(iteration=[index])
-    mechanism = bs.results.mechanism(history)
-    moves = np.hstack([mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")])
+    moves = bs.results.twists(bs.results.mechanism(history))
     nodes = {
         str(k): {
             **dict(zip("xyz", block.centroid.tolist(), strict=True)),

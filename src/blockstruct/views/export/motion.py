@@ -86,8 +86,7 @@ def mechanism_motion(result: bs.CaseResult, amplitude: Any = None, shares: Array
         factor = si(amplitude, "length", "export: amplitude")
     if shares is None:
         shares = (1 - np.cos(np.linspace(0, 2 * np.pi, _FRAMES + 1))) / 2
-    mechanism = result.mechanism
-    twist = [factor * mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation")]
+    twist = np.hsplit(factor * bs.results.twists(result.mechanism), 2)
     moved = [screw_motions(*(share * part for part in twist)) for share in shares]
     time = np.linspace(0, _DURATION, len(shares))
     return Motion(time, np.array([solids.centroids + t for _, t in moved]), np.array([R for R, _ in moved]))
@@ -208,62 +207,52 @@ def write_glb(result: bs.CaseResult, path: str | Path, *, amplitude: Any = None)
 
 
 class _Code(IntEnum):
-    """Codes of glTF 2.0: of the mode of a primitive, of component types, and of targets."""
+    """Codes of glTF 2.0: of the mode of a primitive, and of component types."""
 
     LINES = 1
     UNSIGNED = 5125
     FLOAT = 5126
-    VERTICES = 34962
-    INDICES = 34963
 
 
 class _Buffer:
     """The binary chunk, and the accessors of its arrays."""
 
     def __init__(self) -> None:
-        self.parts: list[bytes] = []
+        self.binary = bytearray()
         self.views: list[dict[str, int]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def add(self, array: NDArray[Any], kind: str, target: int | None = None) -> int:
-        """Add an array (n,) or (n, k), and return the index of its accessor."""
-        whole = kind == "SCALAR" and target == _Code.INDICES
-        data = array.astype("<u4" if whole else "<f4")
-        start = sum(view["byteLength"] for view in self.views)
-        view = {"buffer": 0, "byteOffset": start, "byteLength": data.nbytes}
-        self.views.append(view if target is None else {**view, "target": target})
-        self.parts.append(data.tobytes())
+    def add(self, array: NDArray[Any], kind: str) -> int:
+        """Add an array (n,) or (n, k) of integers or floats, and return the index of its accessor."""
+        data = array.astype("<f4" if array.dtype.kind == "f" else "<u4")
+        self.views.append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": data.nbytes})
+        self.binary += data.tobytes()
         rows = data.reshape(len(data), -1)
-        bounds = {} if whole else {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        component = _Code.UNSIGNED if whole else _Code.FLOAT
-        self.accessors.append(
-            {"bufferView": len(self.views) - 1, "componentType": component, "count": len(data), "type": kind, **bounds}
-        )
+        bounds = {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        component = _Code.FLOAT if data.dtype.kind == "f" else _Code.UNSIGNED
+        accessor = {"bufferView": len(self.accessors), "componentType": component, "count": len(data), "type": kind}
+        self.accessors.append(accessor | bounds)
         return len(self.accessors) - 1
 
 
 def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
     """Return the bytes of the file."""
+    from scipy.spatial.transform import Rotation
+
     model, buffer, solids = result.model, _Buffer(), Solids.of(result.model)
     meshes, nodes = list[dict[str, Any]](), list[dict[str, Any]]()
     channels, samplers = list[dict[str, Any]](), list[dict[str, Any]]()
     time = buffer.add(motion.time, "SCALAR")
-    quaternions = _quaternions(motion.rotation)
     for k, block in enumerate(model.blocks):
-        points, normals, triangles = _flat_faces(block)
-        primitive = {
-            "attributes": {
-                "POSITION": buffer.add(points - solids.centroids[k], "VEC3", _Code.VERTICES),
-                "NORMAL": buffer.add(normals, "VEC3", _Code.VERTICES),
-            },
-            "indices": buffer.add(triangles.ravel(), "SCALAR", _Code.INDICES),
-            "material": k,
-        }
         shape = block.shape
+        triangles = np.concatenate([triangulated(shape.vertices, face) for face in shape.faces])
         ends = {(min(a, b), max(a, b)) for face in shape.faces for a, b in pairwise((*face, face[0]))}
+        # Without normals, viewers shade each face flat.
+        corners = {"POSITION": buffer.add(shape.vertices - solids.centroids[k], "VEC3")}
+        primitive = {"attributes": corners, "indices": buffer.add(triangles.ravel(), "SCALAR"), "material": k}
         lines = {
-            "attributes": {"POSITION": buffer.add(shape.vertices - solids.centroids[k], "VEC3", _Code.VERTICES)},
-            "indices": buffer.add(np.array(sorted(ends)).ravel(), "SCALAR", _Code.INDICES),
+            "attributes": corners,
+            "indices": buffer.add(np.array(sorted(ends)).ravel(), "SCALAR"),
             "material": len(model.blocks),
             "mode": _Code.LINES,
         }
@@ -271,7 +260,7 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
         nodes.append({"name": block.name, "mesh": k, "translation": motion.position[0, k].tolist()})
         for way, values, kind in (
             ("translation", motion.position[:, k], "VEC3"),
-            ("rotation", quaternions[:, k], "VEC4"),
+            ("rotation", Rotation.from_matrix(motion.rotation[:, k]).as_quat(), "VEC4"),
         ):
             if np.ptp(values, axis=0).any():
                 channels.append({"sampler": len(samplers), "target": {"node": k, "path": way}})
@@ -279,7 +268,6 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
     # In glTF y points up.
     turn = [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
     nodes.append({"name": model.name, "rotation": turn, "children": list(range(len(model.blocks)))})
-    binary = b"".join(buffer.parts)
     content: dict[str, Any] = {
         "asset": {
             "version": "2.0",
@@ -296,28 +284,15 @@ def _glb(result: bs.CaseResult, motion: Motion, name: str) -> bytes:
         ],
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
-        "buffers": [{"byteLength": len(binary)}],
+        "buffers": [{"byteLength": len(buffer.binary)}],
     }
     if channels:
         content["animations"] = [{"name": f"{name} of {result.name}", "channels": channels, "samplers": samplers}]
     text = json.dumps(content, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
-    chunks = [(b"JSON", text), (b"BIN\0", binary)]
+    chunks = [(b"JSON", text), (b"BIN\0", bytes(buffer.binary))]
     body = b"".join(struct.pack("<I", len(data)) + kind + data for kind, data in chunks)
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
-
-
-def _flat_faces(block: bs.Block) -> tuple[Array, Array, Index]:
-    """Return corners, normals and triangles of a block, where no two faces share a corner."""
-    shape = block.shape
-    corners = np.concatenate([list(face) for face in shape.faces])
-    starts = np.cumsum([0, *(len(face) for face in shape.faces)])
-    triangles = [
-        start + np.array(triangulated(shape.vertices[list(face)], range(len(face))))
-        for start, face in zip(starts, shape.faces, strict=False)
-    ]
-    normals = np.repeat(shape.normals, np.diff(starts), axis=0)
-    return shape.vertices[corners], normals, np.concatenate(triangles)
 
 
 def _colours(model: bs.Model, motion: Motion) -> list[list[float]]:
@@ -336,15 +311,3 @@ def _linear(colour: str) -> list[float]:
     value = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
     light: list[float] = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).tolist()
     return light
-
-
-def _quaternions(rotation: Array) -> Array:
-    """Return quaternions (T, B, 4) x, y, z, w of rotations, each nearest to the one before."""
-    from scipy.spatial.transform import Rotation
-
-    T, B = rotation.shape[:2]
-    quaternions = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat().reshape(T, B, 4)
-    turned = np.einsum("tbk,tbk->tb", quaternions[1:], quaternions[:-1]) < 0
-    sign = np.where(np.cumsum(turned, axis=0) % 2, -1.0, 1.0)
-    quaternions[1:] *= sign[:, :, None]
-    return np.asarray(quaternions)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 import blockstruct as bs
 from blockstruct.files import without_formulas
@@ -27,8 +28,8 @@ def tables(analysis: bs.Analysis) -> dict[str, pd.DataFrame]:
         "blocks": _together(results, _blocks),
         "interfaces": _together(results, _interfaces),
         "iterations": _together(results, lambda result: result.history.blockstruct.convergence()),
-        "pushover": _together(results, _pushover),
-        "response": _together(every, _response),
+        "pushover": _together(results, lambda result: _states(result.capacity)),
+        "response": _together(every, lambda result: _states(result.response)),
         "ties": _together(results, lambda result: result.ties),
     }
     return {name: table for name, table in tables.items() if len(table)}
@@ -94,12 +95,8 @@ def _case(result: bs.CaseResult) -> dict[str, object]:
     }
 
 
-def _pushover(result: bs.CaseResult) -> pd.DataFrame:
-    return pd.DataFrame() if result.capacity is None else bs.results.capacity_frame(result.capacity)
-
-
-def _response(result: bs.CaseResult) -> pd.DataFrame:
-    return pd.DataFrame() if result.response is None else bs.results.capacity_frame(result.response)
+def _states(motion: xr.Dataset | None) -> pd.DataFrame:
+    return pd.DataFrame() if motion is None else bs.results.capacity_frame(motion)
 
 
 def _blocks(result: bs.CaseResult) -> pd.DataFrame:

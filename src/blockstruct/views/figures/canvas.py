@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from heapq import heapify, heappop, heappush
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -21,7 +20,7 @@ import blockstruct as bs
 from blockstruct.arrays import NEGLIGIBLE, Array, Flags, Index
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import next_corners
-from blockstruct.views.solids import Solids, TieLines, View, block_pairs, round_value
+from blockstruct.views.solids import Solids, TieLines, View, round_value
 from blockstruct.views.style import ARROW, CURVES, EDGE, GHOST, LINE, STONE, SUPPORT, TIE, TIE_COLOURS
 
 #: Light in the axes of the view (right, up, toward the reader), and the share of brightness without it.
@@ -59,36 +58,28 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
     """Return the order (B,) of drawing: after the blocks in contact further away, the farthest first."""
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     depth = np.add.reduceat(seen[:, 2], starts) / np.bincount(solids.block_of_vertex)
-    pairs, toward = block_pairs(model), _normals(model) @ basis[2]
+    pairs, toward = bs.results.block_pairs(model), _normals(model) @ basis[2]
     pairs = np.where(toward[:, None] > 0, pairs, pairs[:, ::-1])[np.abs(toward) > NEGLIGIBLE]
     before = np.bincount(pairs[:, 1], minlength=len(depth))
     ahead: list[list[int]] = [[] for _ in depth]
     for behind, ahead_of_it in pairs.tolist():
         ahead[behind].append(ahead_of_it)
-    waiting = [(depth[k], int(k)) for k in np.flatnonzero(before == 0)]
-    heapify(waiting)
-    rank, left = np.full(len(depth), -1), np.argsort(depth, kind="stable").tolist()[::-1]
+    # Interlocking blocks each lie partly in front of the next: if all wait, the farthest goes first.
+    place = depth + (np.ptp(depth) + 1) * (before > 0)
+    rank = np.empty(len(depth), dtype=np.int64)
     for turn in range(len(depth)):
-        while waiting and rank[waiting[0][1]] >= 0:
-            heappop(waiting)
-        if waiting:
-            _, k = heappop(waiting)
-        else:
-            # Interlocking blocks each lie partly in front of the next: then the farthest goes first.
-            while rank[left[-1]] >= 0:
-                left.pop()
-            k = left.pop()
-        rank[k] = turn
+        k = int(place.argmin())
+        rank[k], place[k] = turn, np.inf
         for other in ahead[k]:
             before[other] -= 1
-            if before[other] == 0 and rank[other] < 0:
-                heappush(waiting, (depth[other], other))
+            if before[other] == 0 and np.isfinite(place[other]):
+                place[other] = depth[other]
     return rank
 
 
 def _line_ranks(model: bs.Model, solids: Solids, lines: Lines, rank: Index, front: Flags) -> Index:
     """Return the rank (L,) of the last block whose shown face holds a line; −1 without one."""
-    blocks = block_pairs(model)[lines.interface].ravel()
+    blocks = bs.results.block_pairs(model)[lines.interface].ravel()
     first = np.searchsorted(solids.block_of_face, blocks)
     counts = np.searchsorted(solids.block_of_face, blocks, side="right") - first
     of, face, _ = expanded(first, counts)

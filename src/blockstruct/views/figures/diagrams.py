@@ -138,9 +138,7 @@ def crushing_domain(
     model = given_result(result, "crushing_domain").model
     k = chosen_interface(model, interface)
     last = chosen_iteration(result, iteration)
-    if about not in ("s", "t"):
-        msg = f"crushing_domain: about {about!r}; give 's' or 't', an axis of the interface"
-        raise bs.errors.ModelError(msg)
+    bs.errors.check_known(about, ("s", "t"), "crushing_domain: about")
     joint = model.interfaces[k]
     strength, tension = joint.joint_material.compressive_strength, joint.joint_material.tensile_strength
     if not np.isfinite(strength):
@@ -335,13 +333,13 @@ def response(result: bs.CaseResult, *, block: str = "", ax: Axes | None = None) 
         msg = f"case {result.name!r}: no response, {result.headline}; run a RecordCase that stands under its dead load"
         raise bs.errors.ModelError(msg)
     names = moved["block"].to_numpy().tolist()
-    if block and block not in names:
-        msg = f"response: no block {block!r} in model {result.model.name!r}"
-        raise bs.errors.UnknownNameError(msg)
+    if block:
+        bs.errors.check_known(block, names, "response: no block")
     chosen = names.index(block) if block else int(moved["peak_displacement"].isel(time=-1).to_numpy().argmax())
     displacement = moved["displacement"].isel(block=chosen).to_numpy()
     axis = int(np.abs(displacement).max(axis=0).argmax())
-    time, factor, unit = moved["time"].to_numpy(), *_readable(displacement)
+    time = moved["time"].to_numpy()
+    factor, unit = (1e3, "mm") if np.abs(displacement).max() < 1 else readable(displacement, "m")
     ax = new_axes(ax)
     ground = result.case.ground[:, axis] if isinstance(result.case, bs.RecordCase) else np.zeros(1)
     if np.abs(ground).max() > 0 and isinstance(result.case, bs.RecordCase):
@@ -354,11 +352,6 @@ def response(result: bs.CaseResult, *, block: str = "", ax: Axes | None = None) 
     ax.set(xlabel="time [s]", ylabel=f"displacement along {'xyz'[axis]} [{unit}]")
     legend_above(ax)
     return ax
-
-
-def _readable(values: np.ndarray) -> tuple[float, str]:
-    """Return the factor and unit of displacements: millimetres below one metre."""
-    return (1e3, "mm") if np.abs(values).max() < 1 else readable(values, "m")
 
 
 def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None) -> Axes:

@@ -72,7 +72,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         size = _STRUCTURE if of_structure else _DIAGRAM
         drawings.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
 
-    if np.isfinite(last["block_velocity"]).all():
+    if result.moves:
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism)
     plain = (bs.SelfWeight, bs.BodyForce)
     if not all(isinstance(load, plain) for p in result.case.patterns for load in p.loads):
@@ -91,7 +91,8 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
         add("domain", domain, crushing_domain, interface=name, about=about)
     if result.capacity is not None:
-        add("capacity", "Capacity curve: load factor or reaction over the displacement", capacity)
+        marks = "a cross is a state that its certificate does not hold for, a ring an end before the structure falls"
+        add("capacity", f"Capacity curve: load factor or reaction over the displacement; {marks}", capacity)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
         along_path = (result.history["stage"] == bs.vocabulary.Stage.LOADING_PATH.value).any()
         steps = ", and steps of displacement along the loading path" if along_path else ", not steps of load"
@@ -152,9 +153,7 @@ def write_figures(
     StorageError
         If the folder cannot be written to.
     """
-    if file_format not in _FORMATS:
-        msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"
-        raise bs.errors.ModelError(msg)
+    bs.errors.check_known(file_format, _FORMATS, "write_figures: format")
     named = _file_names([r.name for r in shown_results(analysis)])
     sheets = {named[r.name]: drawings(r, look=look) for r in shown_results(analysis)}
     if not any(sheets.values()):

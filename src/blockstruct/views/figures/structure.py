@@ -13,34 +13,17 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.arrays import Array, Index
-from blockstruct.text.mechanism import SMALL
+from blockstruct.text.mechanism import SMALL, weight_text
 from blockstruct.units import readable, si
+from blockstruct.views import style
 from blockstruct.views.figures.canvas import Canvas, Lines, legend_above, stones, verbatim
 from blockstruct.views.selection import (
     application_points,
     chosen_iteration,
-    contact_forces,
     given_result,
     moving_bodies,
 )
-from blockstruct.views.solids import Solids, TieLines, View, block_pairs, driving, load_arrows, push, round_value
-from blockstruct.views.style import (
-    ACCENT,
-    AMPLITUDE,
-    ARROW,
-    BODY_COLOURS,
-    DISPLACEMENT,
-    EDGE,
-    FORCE,
-    LINE,
-    PALE_EDGE,
-    PALE_STONE,
-    STATE_COLOURS,
-    SUPPORT,
-    TIE,
-    UTILISATION,
-    parts,
-)
+from blockstruct.views.solids import Solids, TieLines, View, driving, load_arrows, push, round_value
 
 #: Length of a dash, in widths of its line.
 _DASH = 2.5
@@ -88,17 +71,15 @@ def structure(
         stress blocks are asked for and no joint has a compressive strength.
     """
     colour = color or colour
-    draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}.get(colour)
-    if draw is None:
-        msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
-        raise bs.errors.ModelError(msg)
+    draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}
+    bs.errors.check_known(colour, draw, "structure: colour")
     lines, handles, index = None, dict[str, Any](), -1
     if isinstance(shown, bs.Model):
         model = shown
     else:
         result = given_result(shown, "structure")
         index = chosen_iteration(result, iteration)
-        lines, handles = draw(result, index)
+        lines, handles = draw[colour](result, index)
         model = result.model
     canvas = Canvas.of(shown, ax, look)
     canvas.bodies(canvas.solids.vertices, stones(model), lines)
@@ -123,14 +104,14 @@ def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any
     moving = sorted(set(states.tolist()) - {bs.vocabulary.ContactState.STICKING.value}, key=_rank)
     # Each line, once for every part of its state.
     drawn = [
-        (line, part, _dash(k, len(parts(state))))
+        (line, part, _dash(k, len(style.parts(state))))
         for state in moving
-        for k, part in enumerate(parts(state))
+        for k, part in enumerate(style.parts(state))
         for line in np.flatnonzero(states == state)
     ]
     line = np.array([line for line, _, _ in drawn], dtype=int)
-    colours = to_rgba_array([STATE_COLOURS[part] for _, part, _ in drawn])
-    handles = {state.replace(" + ", ", "): _handle(parts(state)) for state in moving}
+    colours = to_rgba_array([style.STATE_COLOURS[part] for _, part, _ in drawn])
+    handles = {state.replace(" + ", ", "): _handle(style.parts(state)) for state in moving}
     return Lines(ends[line], interface[line], colours, [dash for _, _, dash in drawn]), handles
 
 
@@ -140,8 +121,8 @@ def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
 
 
 def _rank(state: str) -> list[int]:
-    order = list(STATE_COLOURS)
-    return [len(parts(state)), *(order.index(p) for p in parts(state))]
+    order = list(style.STATE_COLOURS)
+    return [len(style.parts(state)), *(order.index(p) for p in style.parts(state))]
 
 
 def _dash(k: int, n: int) -> Any:
@@ -150,14 +131,14 @@ def _dash(k: int, n: int) -> Any:
 
 def _handle(single: list[str]) -> Any:
     lines = tuple(
-        Line2D([], [], color=STATE_COLOURS[p], lw=LINE, ls=_dash(k, len(single)), dash_capstyle="butt")
+        Line2D([], [], color=style.STATE_COLOURS[p], lw=style.LINE, ls=_dash(k, len(single)), dash_capstyle="butt")
         for k, p in enumerate(single)
     )
     return lines if len(lines) > 1 else lines[0]
 
 
 def _sliding_scale() -> LinearSegmentedColormap:
-    return LinearSegmentedColormap.from_list("utilisation", UTILISATION).with_extremes(over=FORCE)  # type: ignore[return-value]
+    return LinearSegmentedColormap.from_list("utilisation", style.UTILISATION).with_extremes(over=style.FORCE)  # type: ignore[return-value]
 
 
 def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
@@ -167,8 +148,8 @@ def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, An
     line = np.flatnonzero(np.isfinite(used[interface]))
     # Above the scale, the colour of full utilisation.
     colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[interface[line]]
-    handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=FORCE, lw=LINE)} if full.any() else {}
-    return Lines(ends[line], interface[line], colours, ["-"] * len(line)), handles
+    handles = {f"fully used (≥ {bs.results.FULLY_USED})": Line2D([], [], color=style.FORCE, lw=style.LINE)}
+    return Lines(ends[line], interface[line], colours, ["-"] * len(line)), handles if full.any() else {}
 
 
 def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
@@ -190,10 +171,10 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
     line = np.flatnonzero(np.isfinite(middle) & (share[interface] > 0))
     bars = (ends[:, :1] + span[..., None] * vector[:, None])[line]
     crushes = np.array([bs.vocabulary.ContactState.CRUSHING in s for s in shown_states(result, iteration)], dtype=bool)
-    colours = np.where(crushes[interface[line], None], to_rgba_array(FORCE), to_rgba_array(ACCENT))
-    handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=LINE)}
+    colours = np.where(crushes[interface[line], None], to_rgba_array(style.FORCE), to_rgba_array(style.ACCENT))
+    handles = {"stress block at $f_c$": Line2D([], [], color=style.ACCENT, lw=style.LINE)}
     if crushes.any():
-        handles["of a joint that crushes"] = Line2D([], [], color=FORCE, lw=LINE)
+        handles["of a joint that crushes"] = Line2D([], [], color=style.FORCE, lw=style.LINE)
     return Lines(bars, interface[line], colours, ["-"] * len(line)), handles
 
 
@@ -282,9 +263,7 @@ def mechanism(
         As :func:`structure`, and if the amplitude is not a length.
     """
     colour = color or colour
-    if colour not in ("displacement", "macro-block"):
-        msg = f"mechanism: colour {colour!r}; give 'displacement' or 'macro-block'"
-        raise bs.errors.ModelError(msg)
+    bs.errors.check_known(colour, ("displacement", "macro-block"), "mechanism: colour")
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     solids = Solids.of(result.model)
     length = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
@@ -294,7 +273,7 @@ def mechanism(
             f"case {result.name!r}: no mechanism in iteration {index}, {result.status.words}; choose another iteration"
         )
         raise bs.errors.ModelError(msg)
-    factor = AMPLITUDE * solids.size * solids.drawn_share(displacement) if length is None else length
+    factor = style.AMPLITUDE * solids.size * solids.drawn_share(displacement) if length is None else length
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)
     canvas.ghost()
@@ -316,32 +295,26 @@ def _by_displacement(canvas: Canvas, displacement: Array, amplitude: float) -> A
     of_vertex, blocks = canvas.solids.block_of_vertex, canvas.model.blocks
     starts, counts = np.searchsorted(of_vertex, np.arange(len(blocks))), np.bincount(of_vertex)
     size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
-    scale = LinearSegmentedColormap.from_list("displacement", DISPLACEMENT)
+    scale = LinearSegmentedColormap.from_list("displacement", style.DISPLACEMENT)
     share = size / max(size.max(), np.finfo(float).tiny)
     fixed = np.array([b.fixed for b in blocks])
     label = f"displacement, share of the largest [-]\nlargest translation drawn as {amplitude:.2g} m"
     canvas.scale(ScalarMappable(Normalize(0, 1), scale), label)
-    return np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share))
+    return np.where(fixed[:, None], to_rgba_array(style.SUPPORT), scale(share))
 
 
 def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]:
     """Return the colours (B, 4) of the blocks by macro-block, and the entries of a legend."""
     index, moving = moving_bodies(result, iteration)
-    fill, palette = to_rgba_array(stones(result.model)), to_rgba_array(BODY_COLOURS)
+    fill, palette = to_rgba_array(stones(result.model)), to_rgba_array(style.BODY_COLOURS)
     fill[index >= 0] = palette[index[index >= 0] % len(palette)]
     handles = [
-        Patch(facecolor=colour, edgecolor=EDGE, label=f"{body.name}: {_weight(body)}")
-        for body, colour in zip(moving, BODY_COLOURS, strict=False)
+        Patch(facecolor=colour, edgecolor=style.EDGE, label=f"{body.name}: {weight_text(body.total, body.carried)}")
+        for body, colour in zip(moving, style.BODY_COLOURS, strict=False)
     ]
     if (more := len(moving) - len(handles)) > 0:
         handles.append(Patch(facecolor="none", edgecolor="none", label=f"and {more} more"))
     return fill, handles
-
-
-def _weight(body: bs.results.MacroBlock) -> str:
-    factor, unit = readable(body.total, "N")
-    carried = f", {body.carried * factor:.4g} {unit} of it carried" if body.carried else ""
-    return f"{body.total * factor:.4g} {unit}{carried}"
 
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:
@@ -354,9 +327,9 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
     direction = -push(result) if supports else push(result)
     text = _answer(result, iteration)
     size = float(np.ptp(moved, axis=0).max())
-    length, gap = ARROW * size, 0.025 * size
+    length, gap = style.ARROW * size, 0.025 * size
     if np.linalg.norm(canvas.view.project(direction)) < 0.3:
-        canvas.ax.set_title(text, fontsize="small", color=FORCE, loc="right")
+        canvas.ax.set_title(text, fontsize="small", color=style.FORCE, loc="right")
         return np.empty((0, 3))
     weight = np.linalg.norm(forces, axis=1)
     centre = weight @ at / weight.sum()
@@ -375,7 +348,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
         above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
         tip = above @ canvas.view.basis[:2] + length / 2 * direction
     tail = tip - length * direction
-    canvas.arrows(tail[None], length * direction[None], FORCE)
+    canvas.arrows(tail[None], length * direction[None], style.FORCE)
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
@@ -387,7 +360,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
         beyond = (tip if beside else (tail + tip) / 2) + 0.03 * size * canvas.view.basis[1]
         align["ha"] = ("right" if right > 0 else "left") if beside else "center"
         centre_of_text = beyond - np.sign(right) * across if beside else beyond
-    canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
+    canvas.text(beyond, text, color=style.FORCE, fontweight="bold", **align)
     away = upward if align["va"] == "bottom" else -upward
     return np.array([tail, tip, centre_of_text - across, centre_of_text + across, centre_of_text + away])
 
@@ -426,16 +399,14 @@ def forces(
         As :func:`structure`, and if ``at`` is unknown or the iteration has no forces.
     """
     index = chosen_iteration(given_result(result, "forces"), iteration)
+    bs.errors.check_known(at, ("interfaces", "contact points"), "forces: at")
     if at == "interfaces":
         points, force = application_points(result, index)
         acts = np.isfinite(points).all(axis=1)
-    elif at == "contact points":
-        history = result.history.isel(iteration=index)
-        points, force = history["contact_point_position"].to_numpy(), contact_forces(history)
-        acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
     else:
-        msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
-        raise bs.errors.ModelError(msg)
+        history = result.history.isel(iteration=index)
+        points, force = history["contact_point_position"].to_numpy(), bs.results.contact_forces(history)
+        acts = np.linalg.norm(force, axis=1) > bs.results.NO_FORCE * history["contact_force_unit"].to_numpy()
     if not acts.any():
         msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
         raise bs.errors.ModelError(msg)
@@ -443,19 +414,19 @@ def forces(
     model = result.model
     canvas = Canvas.of(result, ax, look)
     solids = canvas.solids
-    canvas.bodies(solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    canvas.bodies(solids.vertices, [style.PALE_STONE] * len(model.blocks), edge=(style.PALE_EDGE, 0.4))
     if at == "interfaces":
         lines = canvas.view.project(_thrust_segments(model, points))
         # If few blocks have just two compressed joints, the segments do not form a line.
         if len(lines) >= sum(not b.fixed for b in model.blocks) / 2:
-            canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3))
+            canvas.add(LineCollection(list(lines), colors=style.ACCENT, linewidths=1.3))
     size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
     shown = np.flatnonzero(size > SMALL * size.max())
     shown = shown[np.argsort(size[shown])]
     canvas.ties(result, index)
     _tie_forces(canvas, result, index)
-    scale = ARROW * solids.size / size.max()
-    canvas.arrows(points[shown], force[shown] * scale, FORCE)
+    scale = style.ARROW * solids.size / size.max()
+    canvas.arrows(points[shown], force[shown] * scale, style.FORCE)
     drawn = np.concatenate([solids.vertices, points[shown], (points + force * scale)[shown]])
     factor, unit = readable(size, "N")
     known = round_value(float(size.max()) * factor) / factor
@@ -476,7 +447,7 @@ def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
         away, place = (up, ("center", "bottom")) if across > along else (right, ("left", "center"))
         behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
         text = f"{value * factor:.3g} {unit}"
-        canvas.text(ends.mean(axis=0) + away, text, color=TIE, ha=place[0], va=place[1], bbox=behind)
+        canvas.text(ends.mean(axis=0) + away, text, color=style.TIE, ha=place[0], va=place[1], bbox=behind)
 
 
 def _key(canvas: Canvas, points: Array, length: float, text: str) -> Array:
@@ -485,8 +456,8 @@ def _key(canvas: Canvas, points: Array, length: float, text: str) -> Array:
     seen = canvas.view.project(points)
     high, size = seen.max(axis=0), float(np.ptp(seen, axis=0).max())
     tail = np.array([seen[:, 0].min(), high[1] + 0.07 * size]) @ canvas.view.basis[:2]
-    canvas.arrows(tail[None], length * right[None], FORCE)
-    canvas.text(tail + (length + 0.02 * size) * right, text, color=FORCE, ha="left", va="center")
+    canvas.arrows(tail[None], length * right[None], style.FORCE)
+    canvas.text(tail + (length + 0.02 * size) * right, text, color=style.FORCE, ha="left", va="center")
     return np.array([tail, tail + length * right + 0.03 * size * up])
 
 
@@ -494,7 +465,7 @@ def _thrust_segments(model: bs.Model, points: Array) -> Array:
     """Return segments (S, 2, 3) between the two compressed points of every free block that has just two."""
     fixed = np.array([b.fixed for b in model.blocks])
     pressed = np.flatnonzero(np.isfinite(points).all(axis=1))
-    blocks, interfaces = block_pairs(model)[pressed].T.ravel(), np.tile(pressed, 2)
+    blocks, interfaces = bs.results.block_pairs(model)[pressed].T.ravel(), np.tile(pressed, 2)
     order = np.argsort(blocks, kind="stable")
     block_of, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
     # A support may be pressed at several places without thrust between them.
@@ -524,11 +495,11 @@ def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) ->
     model = given_result(result, "loads").model
     canvas = Canvas.of(result, ax, look)
     solids = canvas.solids
-    canvas.bodies(solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
+    canvas.bodies(solids.vertices, [style.PALE_STONE] * len(model.blocks), edge=(style.PALE_EDGE, 0.4))
     drawn, handles = [solids.vertices], {}
     for arrows in load_arrows(result):
-        colour, times = (FORCE, " × load factor") if arrows.grows else (ACCENT, "")
-        vectors = arrows.force * (ARROW * solids.size / arrows.largest)
+        colour, times = (style.FORCE, " × load factor") if arrows.grows else (style.ACCENT, "")
+        vectors = arrows.force * (style.ARROW * solids.size / arrows.largest)
         tails = arrows.point - vectors
         canvas.arrows(tails, vectors, colour)
         drawn.append(tails)

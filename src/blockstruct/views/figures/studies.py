@@ -49,7 +49,7 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     angle = np.radians(directions.data["direction"].to_numpy())
     alpha = directions.data["load_factor"].to_numpy()
     drawn = np.where(np.isfinite(alpha), alpha, np.nan)
-    colour = plt.rcParams["axes.prop_cycle"].by_key()["color"][len(ax.get_lines()) % 10] if ax.get_lines() else ACCENT
+    colour = next_colour(ax)
     # A direction without a load factor leaves a gap in the line.
     joined = "-" if directions.is_convex else "none"
     # The line does not cross half a turn without directions.
@@ -78,8 +78,7 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     ax.set_title("\n".join(lines), fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
-    drawn_on: Axes = ax
-    return drawn_on
+    return ax  # type: ignore[no-any-return]
 
 
 def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> Axes:
@@ -150,9 +149,8 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     if case is None and len(names) != 1:
         msg = f"distribution: the study has the cases {', '.join(map(repr, names)) or 'none'}; name one, case=…"
         raise bs.errors.ModelError(msg)
-    if case is not None and case not in names:
-        msg = f"distribution: no case {case!r}; the study has {', '.join(map(repr, names))}"
-        raise bs.errors.UnknownNameError(msg)
+    if case is not None:
+        bs.errors.check_known(case, names, "distribution: no case")
     chosen = data.sel(case=[case or names[0]])
     summary = bs.studies.summary(chosen, confidence=confidence).isel(case=0)
     status = chosen["status"].to_numpy().ravel()
@@ -250,9 +248,9 @@ def fragility(data: xr.Dataset, *, label: str | None = None, ax: Axes | None = N
     ax = new_axes(ax)
     colour = next_colour(ax)
     ax.plot(values, share, "o-", color=colour, ms=4, lw=1.2, label=label)
-    ax.fill_between(values, low, high, color=colour, alpha=0.15, lw=0)
+    interval = f"{data.attrs['confidence']:.0%} interval"
+    ax.fill_between(values, low, high, color=colour, alpha=0.15, lw=0, label=interval)
     unit = str(data[name].attrs.get("units", "-")).replace("dimensionless", "-")
     ax.set(xlabel=f"{name.replace('_', ' ')} [{unit}]", ylabel="share of collapses [-]", ylim=(-0.02, 1.02))
-    if label:
-        legend_above(ax)
+    legend_above(ax)
     return ax

@@ -10,15 +10,14 @@ import json
 import re
 import zlib
 from collections.abc import Mapping
-from functools import cached_property
 from html import escape
-from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 from plotly.offline import get_plotlyjs
 
 import blockstruct as bs
@@ -27,30 +26,10 @@ from blockstruct.units import readable
 from blockstruct.views import style, words
 from blockstruct.views.console import plain
 from blockstruct.views.export.motion import motion_of_states
-from blockstruct.views.output import write_text
+from blockstruct.views.output import target_with, write_text
 from blockstruct.views.selection import moving_bodies, shown_results
-from blockstruct.views.solids import Patches, Solids, TieLines, block_pairs, eye, load_arrows, triangles
+from blockstruct.views.solids import Patches, Solids, TieLines, eye, load_arrows, triangles
 from blockstruct.views.style import parts
-
-#: Suffixes of files that are not pages.
-_NO_PAGES = (".pdf", ".png", ".svg")
-#: Shows the page in a cell and takes over the name of the picked block or interface.
-_WIDGET = """
-export default { render({ model, el }) {
-  const frame = document.createElement("iframe");
-  frame.srcdoc = model.get("page");
-  frame.sandbox = "allow-scripts allow-downloads";
-  frame.style = `width: 100%; height: ${model.get("height")}px; border: 0`;
-  const listen = event => {
-    if (event.source !== frame.contentWindow || !event.data.blockstruct) return;
-    model.set("picked", event.data.blockstruct.name);
-    model.save_changes();
-  };
-  window.addEventListener("message", listen);
-  el.append(frame);
-  return () => window.removeEventListener("message", listen);
-} };
-"""
 
 
 def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
@@ -61,12 +40,10 @@ def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
     ModelError
         If no case of the analysis has an iteration.
     StorageError
-        If the path cannot be written, or has the suffix of another kind of file.
+        If the path does not end in ``.html`` or cannot be written.
     """
-    if Path(path).suffix.lower() in _NO_PAGES:
-        msg = f"{path}: a view is a page; give a name that ends in .html"
-        raise bs.errors.StorageError(msg)
-    return write_text(page_html(analysis), path)
+    target = target_with(path, ".html", ".htm")
+    return write_text(page_html(analysis), target)
 
 
 def page_html(analysis: bs.Analysis) -> str:
@@ -97,7 +74,6 @@ class NotebookPage:
     """The interactive page of an analysis, as the value of a cell.
 
     The page is part of the notebook: it works in a saved notebook, without a kernel and without a network.
-    :attr:`widget` shows the same page in a running notebook, and :attr:`picked` is the name picked there.
 
     Parameters
     ----------
@@ -117,22 +93,6 @@ class NotebookPage:
         self._page = page_html(analysis)
         self._height = height
 
-    @cached_property
-    def widget(self) -> Any:
-        """The page as a widget, which needs ``pip install "blockstruct[notebook]"``.
-
-        Raises
-        ------
-        MissingExtraError
-            If anywidget is not installed.
-        """
-        return _widget(self._page, self._height)
-
-    @property
-    def picked(self) -> str | None:
-        """Name of the interface or block picked last in the widget; None before the first pick."""
-        return self.widget.picked or None
-
     def __repr__(self) -> str:
         return f"<page of {self._name!r}>"
 
@@ -141,21 +101,6 @@ class NotebookPage:
             f'<iframe srcdoc="{escape(self._page)}" sandbox="allow-scripts allow-downloads" '
             f'style="width: 100%; height: {self._height}px; border: 0"></iframe>'
         )
-
-
-def _widget(page: str, height: int) -> Any:
-    """Return a widget that shows a page and keeps the name of the picked block or interface."""
-    try:
-        anywidget, traitlets = import_module("anywidget"), import_module("traitlets")
-    except ModuleNotFoundError as error:
-        raise bs.errors.MissingExtraError.of(error, "notebook", "picks in a notebook") from error
-    contents = {
-        "_esm": _WIDGET,
-        "page": traitlets.Unicode(page).tag(sync=True),
-        "height": traitlets.Int(height).tag(sync=True),
-        "picked": traitlets.Unicode("").tag(sync=True),
-    }
-    return type("Page", (anywidget.AnyWidget,), contents)()
 
 
 def payload(analysis: bs.Analysis) -> dict[str, Any]:
@@ -238,7 +183,7 @@ def _blocks(model: bs.Model, solids: Solids, origin: Array) -> dict[str, Any]:
 
 
 def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[str, Any]:
-    patches, pairs = Patches.of(model), block_pairs(model)
+    patches, pairs = Patches.of(model), bs.results.block_pairs(model)
     return {
         "name": [i.name for i in model.interfaces],
         "joint": [i.joint_material.name for i in model.interfaces],
@@ -306,7 +251,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
         "velocity": _packed(np.array(velocity), "<f2"),
         "share": [solids.drawn_share(solids.displacement(result, i)) for i in range(result.n_iterations)],
         **_bodies(result),
-        "tie": _tie_rows(result),
+        "tie": _tie_rows(bs.ties.tie_state(history), bs.results.tie_forces(history)) if result.model.ties else [],
         **_utilisation(history),
         **_states(result, origin),
     }
@@ -315,7 +260,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
 def _record(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     """Return the response to a record: its states, and one iteration in which nothing acts or moves."""
     blocks, joints = len(result.model.blocks), len(result.model.interfaces)
-    name, number = words.number_words(result)
+    name, number = result.number()
     return {
         "name": result.name,
         "loads": _loads(result),
@@ -345,7 +290,7 @@ def _record(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
 
 def _bodies(result: bs.CaseResult) -> dict[str, Any]:
     """Return the macro-blocks of the last mechanism: the body of each block, −1 at rest."""
-    if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+    if not result.moves:
         return {"body": [-1] * len(result.model.blocks), "bodies": []}
     body, moving = moving_bodies(result, result.n_iterations - 1)
     return {
@@ -354,14 +299,10 @@ def _bodies(result: bs.CaseResult) -> dict[str, Any]:
     }
 
 
-def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
-    """Return state and force of each tie in every iteration."""
-    if not result.model.ties:
-        return []
-    states, force = bs.ties.tie_state(result.history).to_numpy(), bs.results.tie_forces(result.history)
-    return [
-        list(zip(row.tolist(), plain(values.tolist()), strict=True)) for row, values in zip(states, force, strict=True)
-    ]
+def _tie_rows(states: xr.DataArray, *columns: Array) -> list[list[tuple[Any, ...]]]:
+    """Return state, force and elongation of each tie in every iteration or step."""
+    values = (plain(column.tolist()) for column in columns)
+    return [list(zip(*row, strict=True)) for row in zip(states.to_numpy().tolist(), *values, strict=True)]
 
 
 def _loads(result: bs.CaseResult) -> str:
@@ -401,21 +342,15 @@ def _states(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
         furthest = curve["block"][int(curve["peak_displacement"].isel(time=-1).argmax("block"))]
         values = 1e3 * (curve["displacement"].sel(block=furthest) ** 2).sum("axis") ** 0.5
         texts, along = (f"Displacement of block {furthest.item()}", "time", "s", "u", "mm"), curve["time"]
+    ties = {}
+    if "tie_force" in curve:
+        columns = (curve[name].transpose(..., "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+        ties = {"tie": _tie_rows(bs.results.pushed_tie_state(result.model, curve), *columns)}
     return {
         "motion": dict(zip(("title", "x", "x_unit", "y", "y_unit"), texts, strict=True))
         | {"along": along.to_numpy().tolist(), "values": values.to_numpy().tolist(), "places": _packed(placed, "<f4")}
-        | _moved_ties(result.model, curve)
+        | ties
     }
-
-
-def _moved_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
-    """Return state, force and elongation of each tie in every state."""
-    if "tie_force" not in curve:
-        return {}
-    columns = (curve[name].transpose(..., "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
-    states = bs.results.pushed_tie_state(model, curve).to_numpy().tolist()
-    rows = zip(states, *(plain(values.tolist()) for values in columns), strict=True)
-    return {"tie": [list(zip(*row, strict=True)) for row in rows]}
 
 
 def _packed(values: npt.ArrayLike, kind: str) -> str:

@@ -475,10 +475,7 @@ function chooseCase(index) {
 }
 function pick(kind, index) {
   shown.picked = {kind, index};
-  const name = (kind === "block" ? blocks : interfaces).name[index];
-  at("find").value = name;
-  // A notebook that shows the page learns what is picked.
-  if (window.parent !== window) window.parent.postMessage({blockstruct: {kind, name}}, "*");
+  at("find").value = (kind === "block" ? blocks : interfaces).name[index];
   describe();
   return redraw();
 }

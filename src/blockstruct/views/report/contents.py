@@ -10,7 +10,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.text import report
-from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
+from blockstruct.text.assumptions import assumption_sentences
 from blockstruct.units import readable
 from blockstruct.views import words
 from blockstruct.views.console import directions_text, parameter_texts
@@ -36,6 +36,7 @@ def contents(
     """Return everything that the template may name, texts with their units."""
     model, spreads, of_case = analysis.model, analysis.spreads, summary.checked(analysis, checks)
     results = list(analysis.values())
+    masses = pushed_masses(model, results)
     flows = list(dict.fromkeys(r.case.flow for r in results))
     # The notes on the case relied on come first, and have the first numbers.
     notes = summary.Notes()
@@ -75,7 +76,8 @@ def contents(
         "geometry": summary.geometry_picture(model),
         "cases": [_case(r, notes, checks_of.get(r.name, []), drawn.get(r.name, r)) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, [check for _, check in of_case]),
-        "masses": below_loads(pushed_masses(model, results)),
+        # A few stand among the assumptions.
+        "masses": masses if len(masses) > FEW else (),
         "settings": list(results[0].settings.flat.items()),
         "versions": dict(analysis.versions),
     }
@@ -106,7 +108,7 @@ def _model(model: bs.Model) -> list[tuple[str, str]]:
     return [
         ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} fixed (supports)"),
         ("extent of the free blocks along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
-        ("weight of the free blocks", quantity(sum(b.weight for b in free), "N")),
+        ("weight of the free blocks", quantity(model.weight, "N")),
         ("interfaces", f"{len(areas)}: " + ", ".join(f"{n} of {name}" for name, n in joined.items())),
         ("area of an interface", f"{ends} m², {areas.sum():.4g} m² in all"),
     ]
@@ -267,14 +269,14 @@ def _result(r: bs.CaseResult, checks: Sequence[Mapping[str, Any]] = ()) -> dict[
         "name": r.name,
         "flow": r.case.flow.value,
         "status": r.ended,
-        "number": ", ".join(check["alpha"] for check in checks) or words.number_words(r)[1],
+        "number": ", ".join(check["alpha"] for check in checks) or r.number()[1],
         "begins": summary.beginning_words(r),
     }
 
 
 def _title(r: bs.CaseResult) -> str:
     """Return the name of the number of a case, for the title of a column."""
-    name = words.number_words(r)[0]
+    name = r.number()[0]
     return f"{name} [-]" if name == "load factor" else name
 
 
@@ -332,32 +334,19 @@ def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str
     return list(dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results))))
 
 
-def below_loads(masses: Sequence[str]) -> Sequence[str]:
-    """Return the sentences on masses that the assumptions leave to the loads."""
-    return masses if len(masses) > FEW else ()
-
-
 def assumptions(
     model: bs.Model, results: Sequence[bs.CaseResult], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
 ) -> list[str]:
     """Return the assumptions of the model, the cases and their checks, as sentences."""
-    limit = [r for r in results if isinstance(r.case, bs.LimitCase)]
-    flows = {r.case.flow for r in limit}
-    scope = Scope(
-        settles=any(isinstance(r.case, bs.SettlementCase) for r in results),
-        moves=any(isinstance(r.case, bs.RecordCase) for r in results),
-        pushes=bool(limit),
-        is_associative=bs.Flow.ASSOCIATIVE in flows,
-        is_nonassociative=bs.Flow.NONASSOCIATIVE in flows,
+    return assumption_sentences(
+        model,
+        [r.case for r in results],
+        words.cells_of(results),
+        pushed_masses(model, results),
         has_curve=any(r.capacity is not None for r in results),
         rotates=any(check.curve is not None and check.result.capacity is None for check in checks),
-        is_checked=bool(checks),
-        corners={r.name: r.case.corner_rounding for r in results if isinstance(r.case, bs.Pushover)},
+        higher=bs.assess.lines.HIGHER if checks else "",
     )
-    masses = pushed_masses(model, results)
-    if len(masses) > FEW:
-        masses = [masses_below(len(masses))]
-    return assumption_sentences(model, scope, words.cells_of(results), masses, bs.assess.lines.HIGHER)
 
 
 def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
@@ -376,14 +365,5 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
         rows.append(("given, not measured", shortened(sorted(by_hand))))
     why = Counter("blocks between" if c.is_hidden else c.reason for c in report.rejected)
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
-    apart = [pair for pair in report.close if pair[2] > report.tolerances.gap]
-    if len(apart) < len(report.close):
-        rows.append(
-            ("touch along a line only", [counted(len(report.close) - len(apart), "pair of blocks", "pairs of blocks")])
-        )
-    if report.accepted_slivers:
-        rows.append(
-            ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])
-        )
     rows += [("hint", [hint]) for hint in report.hints]
     return rows + [(kind, shortened(lines)) for kind, lines in report.listing()]

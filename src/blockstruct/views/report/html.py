@@ -19,13 +19,11 @@ from markupsafe import Markup, escape
 
 import blockstruct as bs
 from blockstruct.files import MOST_READ, read_file
-from blockstruct.views.output import write_bytes
+from blockstruct.views.output import target_with, write_bytes
 from blockstruct.views.report.contents import contents
 from blockstruct.vocabulary import counted
 
 _OWN = "report.html.j2"
-#: Suffixes of reports.
-_ENDS = (".html", ".pdf")
 
 
 def write_report(
@@ -58,11 +56,9 @@ def write_report(
     MissingExtraError
         PDF without ``pip install "blockstruct[pdf]"``.
     """
-    if Path(path).suffix.lower() not in _ENDS:
-        msg = f"{path}: a report is a page or a PDF; give a name that ends in {' or '.join(_ENDS)}"
-        raise bs.errors.StorageError(msg)
+    target = target_with(path, ".html", ".pdf")
     html = report_html(analysis, project=project, checks=checks, unit_sizes=unit_sizes, template=template)
-    return write_bytes(pdf_of(html) if Path(path).suffix.lower() == ".pdf" else html.encode("utf-8"), path)
+    return write_bytes(pdf_of(html) if target.suffix.lower() == ".pdf" else html.encode("utf-8"), target)
 
 
 class _Generator(CodeGenerator):

@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct.text import report
-from blockstruct.text.mechanism import SMALL, kilonewton, motion_clause, smaller_bodies
+from blockstruct.text.mechanism import SMALL, motion_clause, smaller_bodies, weight_text
 from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.text.numbers import shown
-from blockstruct.views import figures, words
+from blockstruct.views import figures
 from blockstruct.views.figures.sheet import Drawing, drawings
 from blockstruct.views.selection import compasses, moving_bodies
 from blockstruct.views.style import BODY_COLOURS
@@ -37,7 +37,7 @@ def mechanism_picture(result: bs.CaseResult) -> dict[str, Any] | None:
     The legend lists the heaviest bodies. The others, and bodies below two percent of the moving weight, are one
     entry.
     """
-    if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+    if not result.moves:
         return None
     drawn = picture(Drawing("mechanism", _moves(result), lambda ax: _draw(ax, result), _MECHANISM))
     return drawn | {"bodies": _bodies(result)}
@@ -82,7 +82,7 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
         {
             "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
             "name": body.name,
-            "weight": _kilonewtons(body.total, body.carried),
+            "weight": weight_text(body.total, body.carried),
             "motion": motion_clause(body.translation, body.axis, body.centroid, body.speed),
         }
         for k, body in enumerate(large)
@@ -94,15 +94,11 @@ def _bodies(result: bs.CaseResult) -> list[dict[str, str]]:
             {
                 "colour": "",
                 "name": smaller_bodies(len(small)),
-                "weight": _kilonewtons(*weights),
+                "weight": weight_text(*weights),
                 "motion": "",
             }
         )
     return rows
-
-
-def _kilonewtons(total: float, carried: float) -> str:
-    return f"{kilonewton(total)}{f', {kilonewton(carried)} of it carried' if carried else ''}"
 
 
 def geometry_picture(model: bs.Model) -> dict[str, str]:
@@ -292,9 +288,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
     notes = check.notes if check else cautions(result)
     has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     is_record = result.response is not None
-    what, number = (
-        words.number_words(result) if is_record else (f"{head.answer.name} {head.answer.symbol}", head.number)
-    )
+    what, number = result.number() if is_record else (f"{head.answer.name} {head.answer.symbol}", head.number)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
@@ -310,13 +304,13 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]], noted:
         }
     ]
     if check is not None:
-        borne, site = check.limit_state.ag_texts()
+        borne, site = check.verdict.state.ag_texts()
         verdict = check.verdict
         figures += [
             {
                 "what": "capacity / demand",
-                "number": check.limit_state.ratio_text(),
-                "more": [check.relied_on, check.outcome, verdict.figures],
+                "number": check.verdict.state.ratio_text(),
+                "more": [check.relied_on, check.verdict.outcome, verdict.figures],
             },
             {
                 "what": "ground acceleration borne",
@@ -392,7 +386,7 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
     """Return the sentence on other checks whose capacity is below the demand, or that are not satisfied."""
     missed = [(name, check) for name, check in others if check.ratio < 1 or not check.satisfied]
     missed.sort(key=lambda item: item[1].ratio)
-    facts = [(name, check.relied_on, check.ratio, check.outcome) for name, check in missed]
+    facts = [(name, check.relied_on, check.ratio, check.verdict.outcome) for name, check in missed]
     return [report.other_checks(facts)] if facts else []
 
 
