@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.arrays import ROUNDING, Array
+from blockstruct.arrays import NEGLIGIBLE, ROUNDING, Array
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.mirror import Mirror
 from blockstruct.limit.ties import Ties
@@ -105,8 +105,8 @@ def solve_step(step: StepProblem, motion: Array, near: Array | None = None) -> S
     """Solve a step.
 
     The method is the semismooth Newton method of P. Alart, A. Curnier (Comput. Methods Appl. Mech. Eng. 92 (1991)
-    353–375). If it does not converge, it begins
-    again from a solution by splitting. This solution remains if Newton's method does not converge from there.
+    353–375). It begins with contacts that are open, stick or slide like in the step before. If it does not converge, it
+    begins again from a solution by splitting. This solution remains if Newton's method does not converge from there.
 
     Parameters
     ----------
@@ -129,7 +129,10 @@ def solve_step(step: StepProblem, motion: Array, near: Array | None = None) -> S
 def _solve(step: StepProblem, motion: Array, near: Array) -> StepSolution | None:
     """Solve a step without symmetry."""
     newton = _Newton(step)
-    found = newton.solve(motion, step.load_factor)
+    u, alpha = newton.predicted(motion)
+    if not np.isfinite(alpha):
+        u, alpha = motion, step.load_factor
+    found = newton.solve(u, alpha)
     if found is None and (rough := _split(newton, near)) is not None:
         found = newton.solve(rough.u, rough.load_factor) or rough
     return found
@@ -341,6 +344,24 @@ class _Newton:
         place, tie = 3 * np.arange(self._K)[:, None, None], np.arange(3 * self._K, len(self.stiffness))
         rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
         self._rows, self._columns = (np.concatenate([part.ravel(), tie]) for part in (rows, columns))
+
+    def predicted(self, motion: Array) -> tuple[Array, float]:
+        """Return displacements and load factor if contacts stay open, stick or slide as in the step before."""
+        step, K = self.step, self._K
+        trial, before = self._trial(motion), step.force
+        like = trial.copy()
+        x = like[: 3 * K].reshape(-1, 3)
+        closed = before[:, 0] > 0
+        if not closed.any():
+            return motion, step.load_factor
+        limit = (1 - NEGLIGIBLE) * step.problem.friction * before[:, 0]
+        sticks = closed & (np.hypot(before[:, 1], before[:, 2]) < limit)
+        x[:, 0] = np.where(closed, before[:, 0], np.minimum(x[:, 0], 0.0))
+        x[sticks, 1:] = before[sticks, 1:]
+        kept, slope = self._limited(like)
+        kept += np.bincount(self._rows, slope * (trial - like)[self._columns], len(kept))
+        more, rise = self._direction(motion, step.load_factor, kept, slope)
+        return motion + more, step.load_factor + rise
 
     def solve(self, u: Array, alpha: float) -> StepSolution | None:
         """Solve from displacements and a load factor; return None if the method does not converge."""
