@@ -193,7 +193,7 @@ def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
 def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str) -> str:
     block, direction = case.control
     moves = (
-        f"block {outcome.blocks[0]!r} moves furthest, along {axis_text(outcome.direction)}" if outcome.blocks else ""
+        f"block {outcome.blocks[0]!r} moves furthest, along {axis_text(outcome.direction)}" if outcome.direction else ""
     )
     match outcome.end:
         case CurveEnd.ZERO:
