@@ -393,11 +393,13 @@ class PushoverPath:
         gaps = np.concatenate([moved.contacts.gap, moved.slack])
         units = np.concatenate([problem.force_unit, problem.ties.force_unit])
         forces = np.concatenate([solved.x[:, 0], solved.tie_force])
-        # If a hinge moves along a joint, the contact point next to it carried the force before. So did another one at
-        # the same place, where two faces of a block share the corner that touches.
-        known = moved.contacts.same_place(step.before[:, 0] > 0, self._length)
-        new = np.concatenate([~known, np.ones(len(problem.ties), dtype=bool)])
+        # If a hinge moves along a joint, the contact point next to it carried the force before.
+        new = np.concatenate([step.before[:, 0] <= 0, np.ones(len(problem.ties), dtype=bool)])
         across = new & (gaps > closed) & (forces * units * gaps > SLIGHT * work)
+        if across.any():
+            # So did another point at the same place, where two faces of a block share the corner that touches.
+            points = slice(problem.n_points)
+            across[points] &= ~moved.contacts.same_place(~new[points], self._length)
         if not across.any():
             return 1.0
         going = moved.velocities(step.twist * time)
