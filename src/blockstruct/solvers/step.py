@@ -367,13 +367,12 @@ class _Newton:
         """Solve from displacements and a load factor; return None if the method does not converge."""
         trial = self._at(u, alpha)
         for _ in range(ITERATIONS):
-            changed = least_missed(self._along(trial), trial.worst)
-            if not changed.worst < trial.worst:
-                return None
-            trial = changed
+            before, trial = trial.worst, least_missed(self._along(trial), trial.worst)
             if trial.worst <= ROUNDING:
                 x, T = trial.kept[: 3 * self._K].reshape(-1, 3), trial.kept[3 * self._K :]
                 return StepSolution(x, T, trial.u, float(trial.alpha), self.iterations)
+            if not trial.worst < before:
+                return None
         return None
 
     def _along(self, trial: "_State") -> Callable[[float], "_State"]:
