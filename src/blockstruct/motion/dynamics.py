@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from blockstruct.arrays import SLIGHT, Array, Index
+from blockstruct.arrays import MOSTLY, NEGLIGIBLE, SLIGHT, Array, Flags, Index
 from blockstruct.model import STANDARD_GRAVITY as GRAVITY
-from blockstruct.motion.equations import Equations, System, turned
+from blockstruct.motion.equations import Equations, System, Trial, turned
 from blockstruct.motion.masses import Masses
 from blockstruct.motion.nearest import nearest
 from blockstruct.statics.moved import MovingStructure, Placement
@@ -317,6 +317,13 @@ class Dynamics:
         found = equations.solved(V, v, guess)
         if found is None:
             return None
+        turns = _turns(v, found, contacts.friction)
+        if turns.any():
+            # Friction opposes the mean slip of the step.
+            resting[turns, 1:] -= (damping * v[:, 1:])[turns]
+            further = replace(equations, resting=resting).continued(found)
+            if further is not None and _turns(v, further, contacts.friction)[turns].all():
+                found = further
         V, x = found.V, found.x
         twist[free], after[free] = V, turned(mass, V)
         slipping = (x[:, 0] > 0) * np.einsum("kt,kt->k", found.v[:, 1:], found.v[:, 1:])
@@ -407,6 +414,15 @@ class Dynamics:
         G = self._centres(placement) + h * twist[:, :3]
         rotation = Placement.at(G, h * twist[:, 3:]).rotation @ placement.rotation
         return Placement(G - turned(rotation, self._masses.offset), rotation)
+
+
+def _turns(before: Array, found: Trial, friction: Array) -> Flags:
+    """Return the contacts (K,) that slide, and whose slip turns in a step by less than half of itself."""
+    old, new = before[:, 1:], found.v[:, 1:]
+    speed = np.hypot(*old.T)
+    slides = np.hypot(*found.x[:, 1:].T) > (1 - NEGLIGIBLE) * friction * found.x[:, 0]
+    across = np.abs(old[:, 0] * new[:, 1] - old[:, 1] * new[:, 0]) > SLIGHT * speed**2
+    return np.asarray(slides & across & (np.hypot(*(new - old).T) < MOSTLY * speed))
 
 
 class _Placed(NamedTuple):

@@ -165,6 +165,13 @@ class Equations:
         except RuntimeError:
             return None
 
+    def continued(self, trial: Trial) -> Trial | None:
+        """Return the solution by Newton's method from that of similar equations; None if it does not converge."""
+        try:
+            return self._newton(self._at(trial.V, trial.v, trial.iterations))
+        except RuntimeError:
+            return None
+
     def _with_growing_friction(self, V: Array, v: Array) -> Trial | None:
         """Return the solution by friction that grows from zero; None if it is not found.
 
