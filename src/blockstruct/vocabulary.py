@@ -204,7 +204,9 @@ class CurveEnd(StrEnum):
     ZERO = "zero"
     #: A block falls by more than a mean block size.
     FALLS = "falls"
-    #: No forces are found that hold the blocks, or the push meets blocks that it cannot move.
+    #: The push, or a support that settles, meets blocks that it cannot move.
+    JAMS = "jams"
+    #: No forces are found that hold the blocks.
     NOT_SOLVED = "not_solved"
     #: The supports have reached the displacement of their case.
     DISPLACEMENT_REACHED = "displacement_reached"
@@ -239,6 +241,8 @@ class CurveDoubt(StrEnum):
     GOES_BACK = "goes_back"
     #: The forces do not balance the energy of a step.
     MISSES_WORK = "misses_work"
+    #: The certificates of some states in which no blocks fall do not hold.
+    NOT_CERTIFIED = "not_certified"
 
 
 class Stage(StrEnum):

@@ -176,6 +176,7 @@ def test_a_foundation_that_moves_sideways_takes_the_structure_with_it():
         ({"steps": 2}, bs.errors.ModelError, "steps"),
         ({"about": Q_([0, 0, 0], "m")}, bs.errors.ModelError, "turn"),
         ({"flow": "associative"}, bs.errors.ModelError, "associative"),
+        ({"displacement": None, "steps": 40}, bs.errors.ModelError, "40 steps"),
     ],
 )
 def test_bad_input(changes, error, words):

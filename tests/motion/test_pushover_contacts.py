@@ -27,7 +27,7 @@ def test_a_stop_is_met_whatever_the_steps(at, steps):
     ]
     result = run(model_of(blocks, SMOOTH), "block", steps=steps)
     assert float(result.capacity["displacement"][-1]) == pytest.approx(at - 0.6, rel=2e-2)
-    assert "the push meets what it cannot move" in result.curve_ended
+    assert result.curve_outcome.end == "jams"
 
 
 def test_a_block_that_is_lifted_off_is_carried_away():

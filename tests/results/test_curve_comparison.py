@@ -19,11 +19,15 @@ EVEN = np.linspace(0, 1, 21)
 UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.5001, 0.503], np.linspace(0.6, 1, 5)])
 
 
-def parts(d, load_factor, procedure="fictitious", dissipation=0.0, energy_error=0.0, collapse=np.nan, **ties):
-    """Doubtful parts of a curve over d, without friction and without error of its energy by default."""
-    values = {"load_factor": load_factor, "dissipation": dissipation, "energy_error": energy_error}
+CERTIFIED = {"dissipation": 0.0, "energy_error": 0.0, "holds": True, "falls": False}
+
+
+def parts(d, load_factor, procedure="fictitious", collapse=np.nan, ties=(), **values):
+    """Doubtful parts of a curve over d; without friction, errors and falls by default."""
+    values = CERTIFIED | values | {"load_factor": load_factor}
     curve = {name: ("step", np.broadcast_to(v, d.shape)) for name, v in values.items()}
-    return doubtful_parts(xr.Dataset({**curve, **ties}, coords={"displacement": ("step", d)}), procedure, collapse)
+    curve = xr.Dataset(curve | dict(ties), coords={"displacement": ("step", d)})
+    return doubtful_parts(curve, procedure, collapse)
 
 
 @pytest.mark.parametrize("d", [EVEN, UNEVEN])
@@ -98,6 +102,12 @@ def test_missed_work():
     assert (part.doubt, part.displacement, part.missed) == ("misses_work", pytest.approx((0.45, 0.5)), 0.02)
 
 
+def test_states_whose_certificates_do_not_hold():
+    """A state in which blocks fall may miss the flow rule."""
+    (part,) = parts(EVEN, 0.3 * (1 - EVEN), holds=np.abs(EVEN - 0.45) > 0.16, falls=np.abs(EVEN - 0.3) < 0.01)
+    assert (part.doubt, part.displacement) == ("not_certified", pytest.approx((0.35, 0.6)))
+
+
 def test_a_rise():
     load_factor = 0.3 + 0.1 * np.sin(np.pi * EVEN) - 0.3 * EVEN**2
     (rise,) = parts(EVEN, load_factor)
@@ -108,13 +118,13 @@ def test_a_rise():
 def test_jumps_of_ties_that_break_are_not_jumps(second):
     load_factor = 0.3 * (1 - EVEN) + 0.1 * (EVEN < 0.42) + 0.1 * (second > EVEN)
     assert parts(EVEN, load_factor)
-    assert parts(EVEN, load_factor, tie_break_displacement=("tie", [second, 0.42])) == []
+    assert parts(EVEN, load_factor, ties={"tie_break_displacement": ("tie", [second, 0.42])}) == []
 
 
 def test_a_tie_that_is_pulled_tight_is_no_jump():
     load_factor = 0.3 * (1 - EVEN) + 0.006 * (EVEN > 0.5) + 0.02 * (EVEN > 0.7)
     assert parts(EVEN, load_factor)[0].doubt == "leaps"
-    assert parts(EVEN, load_factor, tie_force=(("step", "tie"), 1e3 * (EVEN > 0.7)[:, None])) == []
+    assert parts(EVEN, load_factor, ties={"tie_force": (("step", "tie"), 1e3 * (EVEN > 0.7)[:, None])}) == []
 
 
 def analysis(steps=12, control_point=None, width=0.3):

@@ -271,11 +271,13 @@ def test_one_hundredth_is_found(tied, wall, name):
     [
         ("position", 0, 1.01, "off its place in the model"),
         ("load_factor", 4, 0.9, "equilibrium residual"),
-        ("energy_error", 11, 2.0, "energy error"),
+        ("energy_error", None, 2.0, "energy error"),
         ("equilibrium_residual", 2, np.nan, "equilibrium residual is nan"),
     ],
 )
 def test_other_lies(wall, name, state, by, words):
+    """In a state, or in the one with the largest value."""
+    state = int(wall["push"].capacity[name].to_numpy().argmax()) if state is None else state
     found = bs.results.contradictions(changed(wall, name, largest(wall, name, state), by))
     assert any(what.startswith(f"state {state} ") and words in what for _, what in found), found
 

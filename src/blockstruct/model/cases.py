@@ -146,7 +146,7 @@ class SettlementCase(ModelObject):
     ------
     ModelError
         If there is no support, a support is repeated, or the direction is not of length 1. If supports turn or flow is
-        associative, and there is a displacement.
+        associative, and there is a displacement. If there are steps and no displacement.
 
     Examples
     --------
@@ -166,6 +166,9 @@ class SettlementCase(ModelObject):
 
     def __attrs_post_init__(self) -> None:
         if self.displacement is None:
+            if self.steps != STEPS:
+                msg = f"{label(self)}: {self.steps} steps divide no displacement; give one, or leave out steps"
+                raise ModelError(msg)
             return
         if self.about is not None:
             msg = f"{label(self)}: supports that turn have no displacement; leave out about or displacement"

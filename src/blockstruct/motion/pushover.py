@@ -119,6 +119,8 @@ class PushoverPath:
         self._start, self._spent = perf_counter(), 0
         #: The last state in which nothing falls, whose motion continues.
         self._going: MotionState | None = None
+        #: Whether the last step that was tried meets something immovable.
+        self._jammed = False
 
     def take(self, state: MotionState) -> MotionState:
         """Add a state as the last one."""
@@ -193,6 +195,8 @@ class PushoverPath:
 
     def lost(self) -> CurveEnd:
         """How the curve ends where no step is solved."""
+        if self._jammed:
+            return CurveEnd.JAMS
         last = self._course.last
         return CurveEnd.FALLS if last is not None and last.falls else CurveEnd.NOT_SOLVED
 
@@ -281,7 +285,7 @@ class PushoverPath:
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks may
         leap in it.
         """
-        step, missed = self._planned(placement, twist, way, memory), np.inf
+        step, missed, self._jammed = self._planned(placement, twist, way, memory), np.inf, False
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
             found = self._completed(step.moved, solved, inertia_time)
@@ -292,6 +296,7 @@ class PushoverPath:
                 share, missed = min(share, SHORTER), found.energy_error
             if time <= step.least or (share == 1 and not jams):
                 leaps = time <= step.least and self._way(found) > SHORTER * step.way
+                self._jammed = jams
                 return None if jams else found, jams or leaps
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.

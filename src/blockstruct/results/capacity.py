@@ -111,7 +111,7 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.na
     """Return the parts of a capacity curve that may depend on its steps or its control point.
 
     They are beginnings above the load factor ``collapse`` of the collapse state, rises, ways back, jumps, sudden
-    rocking and missed work.
+    rocking, missed work, and states without falls whose certificates do not hold.
 
     A jump, over one step or two, continues neither the curve before nor the curve after it; a kink is no jump. Jumps
     from the break of a tie are reported with the tie. Jumps from a tie that becomes tight or slack appear in its
@@ -125,6 +125,9 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.na
     worst = int(missed.argmax())
     if missed[worst] > EFFECT:
         doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
+    missing = np.flatnonzero((curve["holds"].to_numpy() == 0) & (curve["falls"].to_numpy() == 0))
+    if len(missing):
+        doubts.append((CurveDoubt.NOT_CERTIFIED, int(missing[0]), int(missing[-1])))
     parts = [
         DoubtfulPart(
             doubt,

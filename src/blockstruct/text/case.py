@@ -186,6 +186,8 @@ def curve_end(outcome: CurveOutcome, case: MovingCase) -> str:
                 f"wherever faces do. {names} touch beyond the interfaces of the model: give the interfaces that are "
                 "there, and compare the reactions"
             )
+        case CurveEnd.JAMS:
+            return f"the supports meet what they cannot move {at} ({names}), and the method ends"
         case _:
             return f"no forces that hold the blocks are found {at}, and the method ends"
 
@@ -202,10 +204,9 @@ def _end_of_pushover(outcome: CurveOutcome, case: Pushover, names: str, at: str)
         case CurveEnd.FALLS:
             return f"blocks fall under the dead load alone {at} ({names}), and the method ends"
         case CurveEnd.NOT_SOLVED:
-            return (
-                f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
-                "it cannot move; and the method ends"
-            )
+            return f"no forces that hold the blocks are found {at}, and the method ends"
+        case CurveEnd.JAMS:
+            return f"the push meets what it cannot move {at} ({names}), and the method ends"
         case CurveEnd.CARRIED_AWAY:
             return f"nothing stops the push: {at} it has carried blocks further than the structure is large ({names})"
         case CurveEnd.LIMIT_REACHED:
@@ -275,6 +276,9 @@ class DoubtfulPart:
             case CurveDoubt.MISSES_WORK:
                 work = f"{self.missed:.1%} of all work is missed in the step from a displacement of {before}"
                 return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
+            case CurveDoubt.NOT_CERTIFIED:
+                where = before if before == after else f"between {before} and {after}"
+                return f"the certificates of states at a displacement of {where} do not hold{_OTHER_STEPS}"
             case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
                 rock = "rock" if self.doubt is CurveDoubt.ROCKS else "rock and slide"
                 where = f"up to a displacement of {before}, and {rock} from {after} on"
