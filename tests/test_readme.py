@@ -6,6 +6,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import pytest
 import xarray
 
@@ -84,6 +85,7 @@ def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis, b
     if "write_obj(" not in page.read_text(encoding="utf-8"):
         bs.imports.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
     carry_out(page, call, {"bs": bs, "xarray": xarray})
+    plt.close("all")
 
 
 def test_what_sets_up_is_a_target_of_make():
