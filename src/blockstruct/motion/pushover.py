@@ -16,7 +16,7 @@ from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.model.cases import STEPS
-from blockstruct.motion.course import SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import CERTIFIED, SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import RECENT, StepProblem, StepSolution, solve_step
@@ -41,8 +41,6 @@ WIDEST = 0.25
 SHORTEST = 1 / 4096
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
-#: Load factor, relative to collapse, above which something immovable stops the push.
-JAMS = 100.0
 #: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the usual number
 #: if fewer are requested.
 PATIENCE = 5
@@ -173,9 +171,13 @@ class PushoverPath:
         if last is None:
             return None
         self._start, self._spent = perf_counter(), 0
-        at = Placement.at(last.position, last.rotation).moved(last.twist * last.motion_time)
-        placement = Placement.at(at.position, at.vectors)
+        placement = self._following(last)
         return self._solved(placement, carried(self._going or last, placement), way or self._next_way(), last)
+
+    def _following(self, state: MotionState) -> Placement:
+        """Return the placement after the motion of a state."""
+        at = Placement.at(state.position, state.rotation).moved(state.twist * state.motion_time)
+        return Placement.at(at.position, at.vectors)
 
     def end(self) -> CurveEnd | None:
         """How the curve has ended."""
@@ -209,6 +211,8 @@ class PushoverPath:
         fastest = np.linalg.norm(last.velocity, axis=1).max()
         stands = control.velocity(placement, last.twist) * np.sign(last.displacement) <= ZERO * fastest
         end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
+        if end is CurveEnd.JAMS:
+            end_at = control.displacement(self._following(last))
         found = outcome_of(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
 
@@ -285,11 +289,15 @@ class PushoverPath:
         A step ends just before a gap closes across which a force would work. The shortest step does not: blocks may
         leap in it.
         """
-        step, missed, self._jammed = self._planned(placement, twist, way, memory), np.inf, False
+        step, missed = self._planned(placement, twist, way, memory), np.inf
+        # Joints deform elastically before the curve begins. Then blocks press on each other only if they are jammed,
+        # in a step of any length.
+        jams = bool(self._course.curve)
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
             found = self._completed(step.moved, solved, inertia_time)
-            jams, broken = self._jams(solved), self._until_broken(found)
+            jams &= found.interpenetration > CERTIFIED
+            broken = self._until_broken(found)
             share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
             if SLIGHT < found.energy_error < MOSTLY * missed:
                 # A shorter step may miss less work, unless the motion before has missed it.
@@ -326,9 +334,7 @@ class PushoverPath:
                 return solved, time, inertia_time, motion
             gone = self._speed(step.moved.placement, motion) * time
             wide = WIDEST * self._length
-            if self._jams(solved) and time > step.least:
-                step.time = max(SHORTER * time, step.least)
-            elif step.moved.reach < wide and (step.paced or gone <= OFF * step.way):
+            if step.moved.reach < wide and (step.paced or gone <= OFF * step.way):
                 step.moved = self._course.at(step.moved.placement, wide)
                 step.before, step.time = forces_at(step.moved, step.memory), time
             elif time <= step.least:
@@ -337,9 +343,6 @@ class PushoverPath:
                 # Other blocks than before may move, and go further for the same work.
                 share = SHORTER if step.paced else min(step.way / gone, step.moved.reach / (OFF * closing))
                 step.time, step.paced = max(share * time, step.least), True
-
-    def _jams(self, solved: StepSolution) -> bool:
-        return abs(solved.load_factor) > JAMS * self.scale
 
     def _fallen_from(
         self, placement: Placement, twist: Array, memory: MotionState, height: float, *, last_resort: bool = False
@@ -358,7 +361,7 @@ class PushoverPath:
             if solved is not None and self._closing(moved.twist(solved.u)) <= reach:
                 found = self._completed(moved, solved, inertia_time)
                 waits = self._way(found) <= OFF * SHORTEST * reach and not last_resort
-                return None if self._jams(solved) or waits else found
+                return None if waits else found
             height /= GROWTH**2
         return None
 

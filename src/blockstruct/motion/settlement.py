@@ -79,8 +79,6 @@ class SettlementPath(PushoverPath):
         before = self._course.last
         if state.falls and (before is None or not before.falls):
             self._falls_at = state.displacement
-        # The thrust of an arch that becomes flat grows without end.
-        self.scale = max(self.scale, abs(state.load_factor))
         return super().take(state)
 
     def _next_way(self) -> float:

@@ -277,8 +277,7 @@ class DoubtfulPart:
                 work = f"{self.missed:.1%} of all work is missed in the step from a displacement of {before}"
                 return f"{work}: blocks drop or meet, or hinges leap there{_OTHER_STEPS}"
             case CurveDoubt.NOT_CERTIFIED:
-                where = before if before == after else f"between {before} and {after}"
-                return f"the certificates of states at a displacement of {where} do not hold{_OTHER_STEPS}"
+                return f"certificates of states from a displacement of {before} to {after} do not hold{_OTHER_STEPS}"
             case CurveDoubt.ROCKS | CurveDoubt.ROCKS_AND_SLIDES:
                 rock = "rock" if self.doubt is CurveDoubt.ROCKS else "rock and slide"
                 where = f"up to a displacement of {before}, and {rock} from {after} on"
