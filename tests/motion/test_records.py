@@ -62,6 +62,68 @@ def test_a_block_on_a_slope_slips_down_while_the_ground_moves_across_it():
     assert displacement == pytest.approx([way.real, way.imag, 0], abs=1e-3 * abs(way))
 
 
+def fallen_pinnacle(*others):
+    """A pinnacle that nearly comes to rest on its edge after a pulse, and then falls."""
+    blocks = [
+        box("ground", [-9, -20, -1], [29, 40, 1], fixed=True),
+        box("pinnacle", [0, 0, 0], [0.3, 0.3, 1.5]),
+        *others,
+    ]
+    model = model_of(blocks, bs.JointMaterial("joint", 0.7))
+    return response(model, [0.254, 0.254, 0, 0], Q_([0, 0.5, 0.5001, 0.51], "s"), interval="10 ms")
+
+
+def test_blocks_that_do_not_touch_do_not_change_what_falls():
+    """Beside a block of 8 m the pinnacle was at rest, 1 mrad from its balance: all blocks had one limit of energy."""
+    alone, beside = fallen_pinnacle(), fallen_pinnacle(box("tower", [5, -5, 0], [8, 8, 8]))
+    assert alone.status == beside.status == "collapses"
+    assert beside.collapse_time == pytest.approx(alone.collapse_time, abs=1e-6)
+
+
+def test_a_stone_that_has_slipped_over_an_edge_falls_after_the_record():
+    """Its centroid is 10 mm beyond the edge. It stood there: contacts were followed by the mean size of all blocks."""
+    blocks = [
+        box("ground", [-30, -30, -1], [80, 60, 1], fixed=True),
+        box("pedestal", [0, 0, 0], [1, 1, 1.5], fixed=True),
+        box("stone", [-0.09, 0.3, 1.5], [0.3, 0.3, 0.2]),
+        box("pier", [10, -20, 0], [8, 8, 10]),
+    ]
+    joints = {"*|stone": bs.JointMaterial("smooth", 0.3), "*": bs.JointMaterial("rough", 0.8)}
+    model = bs.Model("pedestal", blocks, bs.detect_interfaces(blocks, joints))
+    pulse = np.sqrt(0.07 / (0.3 * G))
+    found = response(model, [0, 0, 0.6, 0.6, 0], Q_([0, 2 - pulse, 2 - pulse + 1e-5, 2, 2 + 1e-5], "s"))
+    assert found.status == "collapses"
+
+
+def test_a_slab_that_turns_in_plan_has_not_fallen():
+    """A stop catches one of its corners, and it turns by more than 45° on its bed."""
+    blocks = [
+        box("ground", [-5, -5, -0.5], [10, 10, 0.5], fixed=True),
+        box("stop", [-0.21, 0, 0], [0.2, 0.2, 0.2], fixed=True),
+        box("slab", [0, 0, 0], [1, 1, 0.2]),
+    ]
+    found = response(model_of(blocks, bs.JointMaterial("joint", 0.3)), [1.5, 1.5, 0, 0], Q_([0, 0.4, 0.4001, 1], "s"))
+    assert found.status == "stands"
+    turned = found.response["rotation"].sel(block="slab").isel(time=-1).to_numpy()
+    assert abs(turned[2]) > np.radians(45)
+    assert turned[:2] == pytest.approx([0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("interval", [0.004, 0.1])
+def test_a_block_that_tumbles_keeps_its_angular_momentum(interval):
+    """To 4 mrad with any interval. With one of a single step, the direction turned by 0.2 rad in 0.1 s."""
+    blocks = [box("post", [0, 0, 0], [1, 0.5, 99], fixed=True), box("block", [0, 0, 99], [1, 0.5, 0.25])]
+    case = bs.RecordCase("r", SELF_WEIGHT, Q_([0, 0], "g_0"), "1 s", "+x", interval=Q_(interval, "s"), time_step="4 ms")
+    run = _Run(Statics.of(model_of(blocks, bs.JointMaterial("joint", 0.5))), case)
+    spin, away = np.zeros((2, 2, 3))
+    spin[1], away[1] = [3, 0.5, 5], [5, 0, 0]
+    state = replace(run.at_rest(), displacement=away, angular_velocity=spin)
+    start = run._momentum(state)[1, 3:]
+    while state.time < 0.0999:
+        state = run.advance(state)
+    assert run._momentum(state)[1, 3:] == pytest.approx(start, abs=0.01 * np.linalg.norm(start))
+
+
 def rocking(h, b=0.4, height=2.0, tilt=0.5, end=1.5):
     """Free rocking of a block from a tilt relative to its slenderness: states, and slenderness."""
     blocks, joint = single_block(b, height, mu=2.0)

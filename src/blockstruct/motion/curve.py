@@ -68,7 +68,7 @@ def follow(
     if not before:
         first = path.begun(mechanism)
         if first is None:
-            return outcome_of(problem, CurveEnd.NOT_SOLVED, mechanism)
+            return replace(outcome_of(problem, CurveEnd.NOT_SOLVED, mechanism), displacement=0.0)
         alpha = collapse.load_factor
         if first.load_factor - alpha > max(CERTIFIED * abs(alpha), ZERO * path.scale):
             beyond = _beyond_interfaces(problem, first, rest)

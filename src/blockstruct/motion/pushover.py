@@ -41,8 +41,8 @@ WIDEST = 0.25
 SHORTEST = 1 / 4096
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
-#: Largest number of states, and of falls in a row, relative to the requested number of steps, or to the usual number
-#: if fewer are requested.
+#: Largest number of states in which blocks fall, and of others, relative to the requested number of steps, or to the
+#: usual number if fewer are requested.
 PATIENCE = 5
 
 
@@ -111,7 +111,7 @@ class PushoverPath:
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * self._steps)
         #: Ways up to each state of the curve, and to the one after the last, m.
         self._ways = [0.0]
-        #: Way, m, and number of steps in which blocks have fallen since they last rested.
+        #: Way that blocks have fallen since they last rested, m, and number of all steps in which they fell.
         self._fallen, self._falls = 0.0, 0
         #: Start of the last step, s, and its iterations.
         self._start, self._spent = perf_counter(), 0
@@ -125,7 +125,7 @@ class PushoverPath:
         self._course.take(state)
         if len(self._course.curve) == len(self._ways):
             self._ways.append(self._ways[-1] + self._way(state))
-        self._falls = self._falls + 1 if state.falls else 0
+        self._falls += state.falls
         if not state.falls:
             self._going = state
         furthest = float(np.linalg.norm(state.velocity, axis=1).max()) * state.motion_time

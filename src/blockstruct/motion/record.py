@@ -24,9 +24,9 @@ from blockstruct.vocabulary import Reason
 RESOLUTION = 48
 #: Most states of a record, and the shortest time between two, s.
 STATES, SHORTEST = 200, 0.01
-#: Slip of contacts up to which they are followed, and least gap, in mean block sizes. Contacts are found anew when a
-#: contact may have slipped by the one, or two blocks together have moved by the gap; from a state that is kept after
-#: half of that, or after this number of states.
+#: Slip of contacts up to which they are followed, and least gap, in sizes of the smallest block. Contacts are found
+#: anew when a contact may have slipped by the one, or two blocks together have moved by the gap; from a state that is
+#: kept after half of that, or after this number of states.
 REACH, KEPT = 0.02, 16
 #: Longest motion after the record, s, if the record is not longer itself.
 AFTER = 30.0
@@ -111,14 +111,16 @@ class _Run:
         self._weight = self._dead.wrench if plain else None
         none = np.empty(0)
         self._contacts: tuple[Contacts | None, Array, Array, float, float, int] = None, none, none, 0.0, 0.0, 0
-        self._h, self._follows = time_step(statics, case), REACH * statics.length
+        smallest = min(float(np.cbrt(model.blocks[k].volume)) for k in self._free)
+        self._h, self._follows = time_step(statics, case), REACH * smallest
         self._dynamics = Dynamics(MovingStructure(statics), self._masses, self._h)
         self._start = Placement.of(model)
         self._fixed = np.array([b.fixed for b in model.blocks])
         self._fall = Fall.of(model)
         self._radius = np.array([np.linalg.norm(b.shape.vertices - b.centroid, axis=1).max() for b in model.blocks])
         m = self._masses
-        self._rest = NEGLIGIBLE * STANDARD_GRAVITY * float((m.mass * m.size)[self._free].sum())
+        #: Kinetic energy (B,) below which a block is at rest, J.
+        self._rest = NEGLIGIBLE * STANDARD_GRAVITY * m.mass * m.size
         self._times, ground = case.times, case.ground
         self._moments = self._times.tolist()
         # The integral of the acceleration, which is linear between samples: a step takes the mean over its impulse.
@@ -165,15 +167,24 @@ class _Run:
         """Return the reason for the end of the response; None if it continues."""
         if self._fall.at(self._placement(state)).any():
             return Reason.BLOCKS_FALLEN
-        if state.time < self._end * (1 - 1e-12):
-            return None
-        # At the turn of a motion, only the energy is small. Blocks may lean on others until the record ends.
-        last = float(np.linalg.norm(self._ground[-1])) if state.time - state.last_step < self._end else 0.0
-        still = max(state.acceleration, last) <= SLIGHT * STANDARD_GRAVITY
-        if state.steps and still and state.kinetic_energy <= self._rest:
+        # Blocks that have slipped may no longer touch where they did when contacts were found.
+        if self._rests(state) and self._contacts[-1] == 1:
             return Reason.AT_REST
         limit = self._end + max(AFTER, self._end - self._begin)
         return Reason.STILL_MOVING if state.time >= limit else None
+
+    def _rests(self, state: RecordState) -> bool:
+        """Return whether all blocks are at rest after the record."""
+        if state.time < self._end * (1 - 1e-12):
+            return False
+        # Blocks may lean on others until the record ends.
+        last = float(np.linalg.norm(self._ground[-1])) if state.time - state.last_step < self._end else 0.0
+        # At the turn of a motion, only the energy is small.
+        if not state.steps or max(state.acceleration, last) > SLIGHT * STANDARD_GRAVITY:
+            return False
+        twist = np.column_stack([state.velocity, state.angular_velocity])
+        energy = (twist * self._momentum(state)).sum(axis=1) / 2
+        return bool((energy <= self._rest).all())
 
     def advance(self, state: RecordState) -> RecordState | None:
         """Return the next state; None if a step is not solved."""
@@ -181,7 +192,7 @@ class _Run:
         placement = self._placement(state)
         contacts, force, moved, slip, reach, kept = self._contacts
         memory = state.tie_elongation, state.peak_tie_elongation, self._crushed(state)
-        motion = Motion(placement, self._momentum(state, placement), state.last_step, force, *memory)
+        motion = Motion(placement, self._momentum(state), state.last_step, force, *memory)
         forces = ContactForces(
             state.minus_of_contact,
             state.plus_of_contact,
@@ -190,7 +201,7 @@ class _Run:
             state.tie_force,
         )
         twist = np.column_stack([state.velocity, state.angular_velocity])
-        if state.finds_contacts:
+        if state.finds_contacts or self._rests(state):
             contacts = None
         # Supports take up the loads, less what becomes momentum.
         square, impulse, acting = state.peak_displacement**2, motion.momentum[:, :3].sum(axis=0), 0.0
@@ -243,7 +254,7 @@ class _Run:
             peak_displacement=np.sqrt(square),
             ground_acceleration=self._acceleration(time),
             base_reaction=(motion.momentum[:, :3].sum(axis=0) - impulse) / acting,
-            acceleration=float(np.linalg.norm(twist[:, :3] - earlier[:, :3], axis=1).max()) / k,
+            acceleration=float(self._speeds(twist - earlier).max()) / k,
             kinetic_energy=kinetic,
             dead_work=state.dead_work + dead,
             record_work=state.record_work + record,
@@ -311,8 +322,10 @@ class _Run:
     def _crushed(self, state: RecordState) -> Crushed:
         return self._dynamics.undamaged._replace(depth=state.crushed_depth, slope=state.crushed_slope)
 
-    def _momentum(self, state: RecordState, placement: Placement) -> Array:
-        R, m = placement.rotation, self._masses
+    def _momentum(self, state: RecordState) -> Array:
+        """Return the momentum (B, 6) of a state. The inertia of its last step is that at the beginning of the step."""
+        back = Placement.at(state.displacement, -state.last_step * state.angular_velocity).rotation
+        R, m = back @ self._placement(state).rotation, self._masses
         spin = np.einsum("bij,bjk,blk,bl->bi", R, m.inertia, R, state.angular_velocity)
         found = np.column_stack([m.mass[:, None] * state.velocity, spin])
         found[self._fixed] = 0.0
