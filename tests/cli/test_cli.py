@@ -1,6 +1,5 @@
 """The command: what it prints, its exit codes, and imports."""
 
-import importlib.util
 import io
 import json
 import os
@@ -8,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -16,13 +16,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from rich.console import Console
-from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
-from blockstruct.cli import runs as cli_runs
 from blockstruct.views import console, figures
-from blockstruct.views.console import bar, following
+from blockstruct.views.console import following
 from meshes import CUBE, objects_text, saved
 from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
@@ -68,21 +66,10 @@ def test_demo(call, tmp_path):
     assert len(err.splitlines()) > result.n_iterations
 
 
-@pytest.mark.parametrize(
-    ("missing", "words"),
-    [
-        ((), []),
-        (("plotly",), ['view needs: pip install "blockstruct[viz]"']),
-        (("plotly", "matplotlib"), ['view and report need: pip install "blockstruct[report,viz]"']),
-    ],
-)
-def test_a_run_names_the_extras_of_next_commands(done, small_model, small_cases, tmp_path, monkeypatch, missing, words):
-    path = tmp_path / "wall.h5"
-    bs.AnalysisManager(small_model, path).run(small_cases[:1])
-    find = importlib.util.find_spec
-    monkeypatch.setattr(cli_runs, "find_spec", lambda name: None if name in missing else find(name))
-    out = done("resume", path)
-    assert out.partition("\nnext: ")[2].splitlines()[1:] == words
+def test_a_run_names_the_extras_of_next_commands(done, file, monkeypatch):
+    monkeypatch.setattr("blockstruct.cli.runs.find_spec", lambda name: None if name == "plotly" else name)
+    (needs,) = done("resume", file).partition("\nnext: ")[2].splitlines()[1:]
+    assert needs == 'view needs: pip install "blockstruct[viz]"'
 
 
 def test_a_run_writes_beside_its_document(call, fails, document, tmp_path):
@@ -167,15 +154,12 @@ def test_an_output_in_a_folder_that_was_deleted_names_it(call, file, tmp_path, m
         (["history", "FILE", "push nonassociative", "--variable", "colour"], "'colour' load_factor"),
         (["history", "FILE", "push nonassociative", "--csv", "FILE"], "small.h5 .csv"),
         (["show", "missing.h5"], "missing.h5 no such file"),
-        (["show", str(WALL)], "HDF5"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "folder /proc/x"),
         (["run", str(WALL), "-o", str(WALL)], "not replaced"),
-        (["run", "FILE", "-o", "x.h5"], "small.h5 not text"),
         (["view", "FILE", "-o", "/proc/x/y.html"], "/proc/x/y.html written"),
         (["view", "FILE", "-o", "view.pdf"], "view.pdf .html"),
         (["view", "FILE", "-o", f"{'a' * 250}.html"], "written too long"),
         (["report", "FILE", "-o", "r.docx"], "r.docx .html .pdf"),
-        (["report", "FILE", "--template", "missing.j2"], "missing.j2 template"),
         (["report", "FILE", "--project", "noeq"], "--project 'noeq'"),
         (["archive", ".", "--where", "colour == 1"], "colour"),
     ],
@@ -294,10 +278,8 @@ def test_a_view_never_replaces_its_input(fails, file, tmp_path):
 
 
 def test_analyses_and_pipes_are_no_targets(fails, file, tmp_path):
-    for suffix, command in (
-        (".html", ("view", file, "-o")),
-        (".csv", ("history", file, "push nonassociative", "--csv")),
-    ):
+    commands = {".html": ("view", file, "-o"), ".csv": ("history", file, "push nonassociative", "--csv")}
+    for suffix, command in commands.items():
         other, pipe = shutil.copy(file, tmp_path / f"other{suffix}"), tmp_path / f"pipe{suffix}"
         os.mkfifo(pipe)
         for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
@@ -315,16 +297,10 @@ def test_names_that_the_output_cannot_carry_are_escaped(document):
 
 def test_a_bar_shows_case_and_iteration(small_model, small_cases):
     """Names of cases are not markup there."""
-    stream, seen = io.StringIO(), []
-    console, case = Console(file=stream, force_terminal=True, width=120), small_cases[1].renamed("push [/x] [red]")
-    with Progress(TextColumn("{task.description}", markup=False), console=console) as progress:
-        listeners = [bar(progress), lambda _: seen.append(progress.tasks[0].description)]
-        bs.AnalysisManager(small_model, listeners=listeners).run([case])
-    shown = r".*push \[/x\] \[red\]: numerical iteration 1, load factor 0\.\d{4}, gap .*"
-    assert any(re.fullmatch(shown, text) for text in seen)
-    with following(console, quiet=False) as listeners:
-        bs.AnalysisManager(small_model, listeners=listeners).run([case])
-    assert stream.getvalue().rindex("push [/x] [red]") > 0
+    stream, case = io.StringIO(), small_cases[1].renamed("push [/x] [red]")
+    with following(Console(file=stream, force_terminal=True, width=120), quiet=False) as listeners:
+        bs.AnalysisManager(small_model, listeners=[*listeners, lambda _: time.sleep(0.1)]).run([case])
+    assert re.search(r"push \[/x\] \[red\]: numerical iteration \d, load factor 0\.\d{4}", stream.getvalue())
 
 
 @pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
@@ -462,17 +438,13 @@ def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["none.obj"], "none.obj: no such file"),
         (["LOOSE"], "no block is fixed"),
         (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
         (["STACK", "--closing", "1 mm"], "closing belongs to .dxf"),
         (["STACK", "--override-unit"], "override_unit belongs to .dxf and .3dm"),
         (["STACK", "--up", "w"], "up is 'w'; give the axis"),
-        (["STACK", "--exclude", "brick*"], "no block 'brick*' to exclude"),
         (["STACK", "--direction", "north"], "--direction 'north': give +x"),
         (["STACK", "--direction", "+z", "--tilt"], "a table tilts to a level direction"),
-        (["STACK", "--fix", "stone 9"], "no block 'stone 9' to fix"),
-        (["wall.dwg"], "end in .obj, .stl, .ply"),
     ],
 )
 def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, expected):

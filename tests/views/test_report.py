@@ -1,10 +1,8 @@
 """The report: every status, any name, a template of one's own."""
 
-import dataclasses
 import re
 from html import escape, unescape
 
-import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -22,12 +20,11 @@ DRY = bs.JointMaterial("dry", 0.65)
 pytestmark = pytest.mark.usefixtures("blank_pictures")
 
 
-def run(cases, *, tilted=False, listener=None, **settings):
+def run(cases, *, tilted=False, listeners=(), **settings):
     blocks, joint = single_block(0.4, 0.8)
     if tilted:
         # Half the block hangs over its support.
         blocks[0] = box("ground", [-1, 0, -0.5], [1.1, 1, 0.5], fixed=True)
-    listeners = [listener] if listener else []
     return bs.AnalysisManager(model_of(blocks, joint), settings=settings_of(**settings), listeners=listeners).run(cases)
 
 
@@ -48,7 +45,7 @@ def small():
         ("unbounded", lambda: run([case(direction=(0, 0, -1), flow="associative")])),
         ("unstable under dead load", lambda: run([case()], tilted=True)),
         ("not converged", lambda: run([case()], procedure="fictitious", max_programs=1)),
-        ("interrupted", lambda: run([case()], listener=stopping())),
+        ("interrupted", lambda: run([case()], listeners=[stopping()])),
     ],
 )
 def test_every_view_has_the_one_sentence_of_the_case(status, analysis):
@@ -73,18 +70,9 @@ def test_the_report_has_model_and_results():
     analysis = run([case("push")])
     html = report_html(analysis)
     assert '<td class="number"><strong>0.5</strong></td><td class="number">0.5</td>' in html
-    for text in (
-        "20 kN/m³",
-        "0.65 (33°)",
-        "1 free, 1 fixed (supports)",
-        "(1, 0, 0) times every block",
-        "<td>area of an interface</td><td>0.4 m², 0.4 m² in all</td>",
-        "The certificate holds. Equilibrium: off by at most",
-        "crushing is not checked",
-        "the load factor is not unique",
-        analysis.model.hash,
-        bs.__version__,
-    ):
+    for text in ("20 kN/m³", "0.65 (33°)", "1 free, 1 fixed", "0.4 m², 0.4 m² in all", "The certificate holds."):
+        assert text in html, text
+    for text in ("crushing is not checked", "the load factor is not unique", analysis.model.hash, bs.__version__):
         assert text in html, text
     assert not re.search(r'(src|href)="(?!data:)', html)
     html = report_html(run([case(flow, flow=flow) for flow in bs.Flow]))
@@ -194,16 +182,6 @@ def test_a_template_that_cannot_be_used_is_refused(tmp_path, name, text, words, 
     with pytest.raises(bs.errors.StorageError, match=words):
         write_report(small, tmp_path / "r.html", template=tmp_path / name)
     assert not (tmp_path / "r.html").exists()
-
-
-def test_notes_stand_below_the_load_factor():
-    analysis = run([case()])
-    history = analysis["case"].history.copy(deep=True)
-    history["load_factor"][0] = np.inf
-    result = dataclasses.replace(analysis["case"], history=history)
-    html = report_html(analysis.replaced(results={"case": result}))
-    (warning,) = result.warnings
-    assert html.index(warning) < html.index("<h2>Model</h2>")
 
 
 @pytest.mark.parametrize("other", ["secret.txt", "link", "contents.py", "room.py", "../secret.txt"])
