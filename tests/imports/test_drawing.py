@@ -201,10 +201,7 @@ def on_paper(space):
         (smoothed_mesh, "1 MESH on layer STONE"),
         (lambda space: rectangle(space, 0, 0, 9, 9, extrusion=(0, -1, 0)), "1 polyline out of the drawing plane"),
         (line(*SQUARE), "1 open polyline on layer STONE (handle {} (ends 0.25 m apart))"),
-        (
-            line((0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)),
-            "1 open polyline on layer STONE (handle {} (ends 0.141 m apart))",
-        ),
+        (line((0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)), "STONE (handle {} (ends 0.141 m apart))"),
         (line(*SQUARE[:2], closed=True), "1 polyline without area on layer STONE (handle {})"),
         (line(*SQUARE[:2], (200, 0), closed=True), "1 polyline without area on layer STONE (handle {})"),
         (line((5, 5), (5, 5), closed=True), "1 polyline without area on layer STONE (handle {})"),

@@ -204,10 +204,7 @@ def test_a_file_that_netcdf_reads_short_is_written_anew(how, call, tmp_path):
         bs.save_analysis(analysis, path)
     else:
         assert call("migrate", path) == (0, f"written: {path}\n", "")
-    assert {name: analysis[name].history.identical(r.history) for name, r in bs.open_analysis(path).items()} == {
-        "rocking": True,
-        "sliding": True,
-    }
+    assert all(analysis[name].history.identical(r.history) for name, r in bs.open_analysis(path).items())
     check_netcdf(path, *stored(path))
 
 

@@ -110,19 +110,16 @@ def test_a_detection_of_other_blocks_is_refused(small_model, dry):
 
 
 STONE = bs.Material("Tuff – größer", "12 kN/m^3")
-SHARE = st.floats(0, 1)
 
 
+#: Friction, shares of it in dilatancy and in tension, and cohesion in kPa.
+OF_JOINT = st.tuples(st.floats(0.2, 1), st.floats(0, 1), st.floats(0, 10, allow_subnormal=False), st.floats(0, 0.9))
 NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_size=12).filter(str.strip)
 
 
 @few(12)
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
-@given(
-    name=NAMES,
-    case_name=NAMES,
-    of_joint=st.tuples(st.floats(0.2, 1), SHARE, st.floats(0, 10, allow_subnormal=False), st.floats(0, 0.9)),
-)
+@given(name=NAMES, case_name=NAMES, of_joint=OF_JOINT)
 def test_round_trip_of_any_names_and_joints(tmp_path_factory, name, case_name, of_joint):
     mu, share, c, ft = of_joint
     strengths = {"cohesion": Q_(c, "kPa"), "tensile_strength": Q_(ft * c / mu, "kPa")}

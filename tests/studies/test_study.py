@@ -17,7 +17,7 @@ import studied
 from blockstruct import Q_, studies
 from blockstruct.analysis import IterationDone
 from blockstruct.storage.run_folder import writer_lock
-from structures import SELF_WEIGHT, model_of, push, single_block, stopping
+from structures import PIER, SELF_WEIGHT, model_of, push, single_block, stopping
 
 MU = {"friction_coefficient": [0.3, 0.4, 0.6]}
 
@@ -334,17 +334,8 @@ def test_a_run_of_another_study_is_elsewhere_and_has_not_failed(tmp_path):
     assert load_factors(bs.study(studied.block, MU, tmp_path, workers=1)) == [0.3, 0.4, 0.5]
 
 
-MODEL = """
-blockstruct: model-1
-materials: {tuff: {unit_weight: 12 kN/m^3}}
-joint_materials: {lime 1.5: {friction_coefficient: 0.65}}
-blocks:
-  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
-  - {name: "b.1", material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 1 m, 1 m]}}
-interfaces: {joint_material: lime 1.5}
-load_patterns: {dead: [{kind: self_weight}], push: [{kind: body_force, direction: +x}]}
-cases: [{name: push, dead: dead, variable: push, flow: associative}]
-"""
+#: Dots in names do not end them.
+MODEL = PIER.replace("lime", "lime 1.5").replace("name: pier", 'name: "b.1"')
 FRICTION, HEIGHT = "joint_materials.lime 1.5.friction_coefficient", "blocks.b.1.box.size.2"
 
 
@@ -473,10 +464,3 @@ def test_failures_alone_are_printed(document, call, tmp_path, parameters, more):
     assert (code, {row["status"] for row in json.loads(out)["rows"]}) == (3, {"failed"})
     assert call(*words, "--csv", tmp_path / "rows.csv")[0] == 3
     assert "failed" in (tmp_path / "rows.csv").read_text()
-
-
-def test_an_unreachable_scheduler_is_one_message(document, fails, tmp_path, monkeypatch):
-    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.3)
-    path = document({FRICTION: [0.3]})
-    words = ("study", path, "-o", tmp_path / "runs", "--scheduler", "tcp://127.0.0.1:9")
-    fails("no worker of cluster 'tcp://127.0.0.1:9' answers", *words)

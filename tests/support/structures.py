@@ -15,6 +15,18 @@ from blockstruct.geometry.polyhedron import lofted
 from blockstruct.storage.file import seal_of
 
 STONE = bs.Material("stone", "20 kN/m^3")
+#: A model document: a pier of 0.5 m by 1 m by 1 m, pushed along x.
+PIER = """
+blockstruct: model-1
+materials: {tuff: {unit_weight: 12 kN/m^3}}
+joint_materials: {lime: {friction_coefficient: 0.65}}
+blocks:
+  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
+  - {name: pier, material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 1 m, 1 m]}}
+interfaces: {joint_material: lime}
+load_patterns: {dead: [{kind: self_weight}], push: [{kind: body_force, direction: +x}]}
+cases: [{name: push, dead: dead, variable: push, flow: associative}]
+"""
 SELF_WEIGHT = bs.LoadPattern("dead", [bs.SelfWeight()])
 
 
