@@ -158,7 +158,6 @@ def test_only_the_direction_that_governs_has_its_variants_and_its_history(found,
 
 
 def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
-    """The verdict of the other direction is not enough."""
     found = checked_building("+x")
     ended = {"push +y": found.analysis["push +x"].changed(outcome=UNSTABLE)}
     more = bs.Analysis(found.analysis.model, {**found.analysis, **ended}, "", {})
@@ -211,7 +210,6 @@ def test_units_of_any_size_turn_as_one_wall():
 
 
 def test_a_ratio_below_one_with_other_units_leaves_the_verdict_open(found):
-    """The tile, the verdict and the text of the building all say so."""
     table = pd.DataFrame({"size [meter]": [1.0, 0.5], RATIO: [1.1, 0.9], "settled": True})
     sizes = bs.assess.UnitSizes(RATIO, table, 0.7, np.nan)
     other = checked_building("+x", unit_sizes=sizes)

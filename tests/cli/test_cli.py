@@ -441,7 +441,6 @@ def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
         (["LOOSE"], "no block is fixed"),
         (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
         (["STACK", "--closing", "1 mm"], "closing belongs to .dxf"),
-        (["STACK", "--override-unit"], "override_unit belongs to .dxf and .3dm"),
         (["STACK", "--up", "w"], "up is 'w'; give the axis"),
         (["STACK", "--direction", "north"], "--direction 'north': give +x"),
         (["STACK", "--direction", "+z", "--tilt"], "a table tilts to a level direction"),
@@ -457,10 +456,8 @@ def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, 
     assert not (tmp_path / "m.yaml").exists()
 
 
-@pytest.mark.parametrize("content", ["", "no mesh at all"])
-def test_a_document_is_never_replaced(fails, stack, tmp_path, content):
+def test_a_document_is_never_replaced(fails, stack, tmp_path):
     stack.with_suffix(".yaml").write_text("mine", encoding="utf-8")
-    stack.write_text(content, encoding="utf-8")
     fails("exists and is not replaced", "import", stack, "-o", stack.with_suffix(".yaml"), "--unit", "mm", *STONE)
     assert stack.with_suffix(".yaml").read_text(encoding="utf-8") == "mine"
     fails("not the name of a model document", "import", stack, "-o", tmp_path / "m.txt", "--unit", "mm", *STONE)

@@ -14,7 +14,7 @@ from blockstruct import Q_
 from blockstruct.documents import yaml_core
 from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall
 from refusals import refused
-from structures import PIER, moved, rotation
+from structures import PIER, every_load, moved, rotation
 
 BASIC = yaml.safe_load("""\
 blockstruct: model-1
@@ -137,7 +137,6 @@ BOTH = {"friction_coefficient": 0.6, "friction_angle": "30 deg"}
         (DOCUMENT, "/materials/stone/density 2600 unit", STONE, {"density": 2600}),
         (DOCUMENT, "/joint_materials/dry 'friction' friction_coefficient friction_angle", DRY, {"friction": 0.65}),
         (DOCUMENT, "/blocks/0", ("blocks", 0, "box", "size"), ["1 m", "1 m"]),
-        (DOCUMENT, "/load_patterns/push/0", ("load_patterns", "push", 0, "kind"), "wind"),
         (DOCUMENT, "/cases/0/flow dilatant", ("cases", 0, "flow"), "dilatant"),
         (DOCUMENT, "/cases/0: variable directions", ("cases", 0, "directions"), 4),
         (DOCUMENT, "/cases/0", ("cases", 0, "vertical"), 1),
@@ -351,31 +350,9 @@ def model():
 
 
 @pytest.fixture
-def cases():
-    corners = {"start": Q_([0, 0, 1 / 3], "m"), "end": Q_([1, 0.1, 1 / 3], "m")}
-    dead = bs.LoadPattern(
-        "dead",
-        [
-            bs.SelfWeight(),
-            bs.Weight("2.1", Q_([1, 2, 3], "cm"), Q_(1 / 7, "kN"), mass_share=1 / 3),
-            bs.LineLoad(Q_(1 / 7, "kN/m"), **corners, spanning=True),
-            bs.LineLoad("1 kN/m", **corners, block="2.1"),
-            bs.AreaLoad(Q_(1 / 7, "kPa"), **corners),
-            bs.AreaLoad("1 kPa", block="2.1", mass_share=0),
-            bs.FillLoad("18 kN/m^3", corners["start"], ["1 m", "1 m", "1 m"], lateral_coefficient=0.3),
-            bs.FaceLoad("2.2", 1, unit_weight="9.81 kN/m^3", level="1.2 m"),
-        ],
-    )
-    push = bs.LoadPattern(
-        "push",
-        [
-            bs.FaceLoad("2.2", 1, pressure="-0.8 kPa"),
-            bs.BodyForce((0.6, 0, 0.8), share=1 / 3),
-            bs.PointLoad("2.1", Q_([1, 2, 3], "cm"), Q_([0, 0, -1 / 7], "kN")),
-            bs.FaceLoad("2.2", 1, Q_([0, 0, -0.3], "kPa")),
-            bs.Moment("1.1", Q_([0, 1e-5, 0], "kN*m")),
-        ],
-    )
+def cases(model):
+    weight, *others = every_load(model.block("2.1"))
+    dead, push = bs.LoadPattern("dead", [weight, *others]), bs.LoadPattern("push", others[:5])
     return [bs.LimitCase(f"push {flow}", dead, push, flow) for flow in bs.Flow]
 
 

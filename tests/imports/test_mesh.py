@@ -80,7 +80,6 @@ def cube(**changes):
     [
         (cube(faces=[*QUADS[:3], QUADS[3][::-1], *QUADS[4:]]), "turned", 6),
         (cube(faces=[*QUADS, QUADS[2][2:] + QUADS[2][:2]]), "twin", 6),
-        (cube(faces=[*QUADS[:3], QUADS[1], *QUADS[3:]]), "twin", 6),
         (cube(faces=[*QUADS, (4, 4, 5)]), "no area", 6),
         (cube(faces=fans(QUADS)), "merged", 6),
         (cube(faces=[*QUADS, *QUADS]), "doubled", 6),

@@ -165,7 +165,6 @@ def test_a_response_is_drawn_and_exported(stored, tmp_path):
 
 
 def test_responses_are_compared(stored, tmp_path):
-    """Two responses with one status may differ."""
     analysis, path = stored
     case = analysis["along"].case
     weaker = bs.run(analysis.model, case.scaled(0.95, "along"), tmp_path / "run.h5", progress=False)

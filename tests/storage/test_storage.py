@@ -21,7 +21,7 @@ from blockstruct.storage import file as storage_file
 from blockstruct.storage import run_folder
 from blockstruct.storage.layout import MIGRATIONS
 from properties import few
-from structures import box, divided, edited, model_of, push, single_block, stopping
+from structures import box, divided, edited, every_load, model_of, push, single_block, stopping
 
 
 @pytest.fixture(scope="module")
@@ -52,22 +52,7 @@ def test_round_trip(small_analysis, path, tmp_path):
 
 
 def test_every_kind_of_load_is_stored(small_model, tmp_path):
-    corner = small_model.block("3.1").shape.vertices.max(axis=0)
-    low, high = Q_(corner - 0.05, "m"), Q_(corner + np.array([0, 0, 0.4]), "m")
-    level = Q_(corner, "m")
-    loads = [
-        bs.SelfWeight(),
-        bs.BodyForce("+x", share=0.1),
-        bs.PointLoad("3.1", level, ["1 N", "0 N", "-1 N"]),
-        bs.Moment("3.1", ["0 N*m", "1 N*m", "0 N*m"]),
-        bs.FaceLoad("3.1", 1, ["0 Pa", "1 Pa", "0 Pa"], pressure="-2 Pa", unit_weight="9.81 kN/m^3", level="0.1 m"),
-        bs.FaceLoad("3.1", 2, pressure="2 Pa"),
-        bs.Weight("3.1", level, "1 N", mass_share=0.3),
-        bs.LineLoad("1 N/m", Q_(corner - [0.1, 0, 0], "m"), level, block="3.1", mass_share=0.25),
-        bs.AreaLoad("1 Pa", block="3.1"),
-        bs.AreaLoad("1 Pa", Q_(corner - [0.1, 0.05, 0], "m"), level, spanning=True),
-        bs.FillLoad("1 kN/m^3", low, high, lateral_coefficient=0.3),
-    ]
+    loads = every_load(small_model.block("3.1"))
     assert {type(load) for load in loads} == set(LOAD_KINDS.values())
     dead = bs.LoadPattern("dead", loads)
     analysis = bs.AnalysisManager(small_model).run([bs.LimitCase("c", dead, push(1, 0, 0), "associative")])

@@ -239,7 +239,6 @@ def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
 
 
 def test_loads_can_be_shown(page, analysis):
-    """Arrows end where the loads act."""
     page.check("#show-loads")
     (arrows,) = load_arrows(next(iter(analysis.values())))
     slide(page, "amplitude", "0")
