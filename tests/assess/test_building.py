@@ -3,6 +3,7 @@
 import pickle
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -191,10 +192,6 @@ def columns(size):
     return model_of(blocks, DRY), bs.LimitCase("push", SELF_WEIGHT, push(0, -1, 0))
 
 
-def checked(result):
-    return bs.assess.local_mechanism(result, spectrum=SITE)
-
-
 def test_units_of_any_size_turn_as_one_wall():
     """α0 = 0.5 m / 2 m at every size, so a fine bond gives the same, without scatter."""
     found = bs.assess.unit_sizes(columns, ["0.5 m", "1 m", "0.25 m"])
@@ -203,7 +200,8 @@ def test_units_of_any_size_turn_as_one_wall():
     assert (found.fine, found.scatter) == pytest.approx((0.25, 0.0), abs=1e-4)
     with pytest.raises(bs.errors.ModelError, match="two at least"):
         bs.assess.unit_sizes(columns, ["1 m"])
-    ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=checked)
+    check = partial(bs.assess.local_mechanism, spectrum=SITE)
+    ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=check)
     assert ratios.fine == pytest.approx(0.25 / 1.35 / 0.06, rel=1e-3)
     assert np.isnan(ratios.scatter)
     assert found.notes == ratios.notes == ()

@@ -272,7 +272,6 @@ def test_the_curve_of_a_pushover_is_that_of_the_oscillator(result):
 def test_the_check_of_a_pushover_is_that_of_the_straight_curve(result):
     """A façade that rotates as one: its capacity curve is straight but for the arc of its centroid."""
     straight, found = (checked(r, method="displacement") for r in (result, pushed_over(facade(), 30)))
-    assert "curve of the pushover" in str(found)
     assert found.curve.d0 == pytest.approx(straight.curve.d0, rel=1e-2)
     assert found.ratio == pytest.approx(straight.ratio, rel=1e-2)
 
@@ -297,7 +296,6 @@ def test_the_check_of_a_pushover_whose_tie_breaks():
 def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
     early = curve_of(result, capacity_of_facade(top=0.05))
     assert early.d0 == pytest.approx(3 * np.sin(0.05), rel=1e-6)
-    assert "before α vanishes" in early.lines[0].formula
     uncertified = curve_of(result, capacity_of_facade(holds=30))
     assert uncertified.d0 == pytest.approx(3 * np.sin(0.0997 / 2), rel=1e-6)
 

@@ -24,26 +24,20 @@ from blockstruct.views.console import following
 from meshes import CUBE, objects_text, saved
 from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
-DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
 #: What they show is tested with the views.
 pytestmark = pytest.mark.usefixtures("blank_pictures")
 
 
+def written(folder, case):
+    """A block that rocks at 0.5, as a model document."""
+    return bs.write_document(folder / "block.yaml", model_of(*single_block(0.5, 1.0), name="block"), [case])
+
+
 @pytest.fixture
 def document(tmp_path):
-    """A block that rocks at 0.5, as a model document."""
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    return bs.write_document(tmp_path / "block.yaml", model_of(*single_block(0.5, 1.0), name="block"), [case])
-
-
-def pushed(document, direction, more=""):
-    """Make the case of a document a pushover."""
-    text = document.read_text(encoding="utf-8")
-    head, rest = text[: text.index("cases:")], text[text.index("\nblocks:") :]
-    case = f"{{ kind: pushover, name: p, dead: dead, variable: push, control: {{block: block, {direction}}}{more} }}"
-    document.write_text(f"{head}cases:\n- {case}{rest}", encoding="utf-8")
+    return written(tmp_path, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"))
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +115,6 @@ def test_an_interrupted_study_continues(call, done, tmp_path, monkeypatch):
         patched.setattr(console, "study_following", lambda *_, **__: nullcontext([interrupt]))
         code, _, err = call(*words)
     assert (code, err.splitlines()[0]) == (130, "interrupted")
-    assert "runs keeps what was done; the same command goes on" in err
     assert len(list((tmp_path / "runs").glob("*.h5"))) == 1
     done(*words)
 
@@ -313,8 +306,8 @@ def test_a_warning_is_one_line(call, document):
     assert len(err.splitlines()) == 1
 
 
-def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):
-    pushed(document, "direction: [0, 1, 0]")
+def test_a_pushover_without_a_curve_exits_with_3(call, tmp_path):
+    document = written(tmp_path, bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), control=("block", "+y")))
     assert call("run", document, "-o", tmp_path / "m.h5", "--quiet") == (3, "", "")
     assert bs.open_analysis(tmp_path / "m.h5")["p"].status == "converged"
     _, out, _ = call("show", tmp_path / "m.h5", "--json")
@@ -322,16 +315,17 @@ def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):
     assert warning.startswith("pushover: the control point at block 'block' does not move along +y")
 
 
-def test_corners_too_round_are_refused_before_the_run(call, done, document, tmp_path):
-    pushed(document, "direction: [1, 0, 0]", ", steps: 3, corner_rounding: 2 m")
+def test_corners_too_round_are_refused_before_the_run(call, done, tmp_path):
+    control = {"control": ("block", "+x"), "corner_rounding": "0.247 m"}
+    document = written(tmp_path, bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), **control))
+    done("check", document)
+    text = document.read_text(encoding="utf-8")
+    document.write_text(text.replace("corner_rounding: 0.247 m", "corner_rounding: 2 m"), encoding="utf-8")
     for command, expected in (("check", 2), ("validate", 4), ("run", 2)):
         code, out, err = call(command, document)
         # The limit is half of the width of 0.5 m, less rounding.
         assert (code, "give a radius of at most 0.247 m" in out + err) == (expected, True)
     assert [path.name for path in tmp_path.iterdir()] == [document.name]
-    text = document.read_text(encoding="utf-8")
-    document.write_text(text.replace("corner_rounding: 2 m", "corner_rounding: 0.247 m"), encoding="utf-8")
-    done("check", document)
 
 
 def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(done, tmp_path, monkeypatch):

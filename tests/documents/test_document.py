@@ -393,9 +393,8 @@ def test_other_interfaces_are_listed(tmp_path, model, cases):
 def test_a_draft_may_lack_supports(tmp_path, model, cases):
     free = [bs.Block(b.name, b.shape, b.material) for b in model.blocks]
     path = bs.documents.write_draft(tmp_path / "m.yaml", "free", free, LIME, cases)
-    with refused(bs.errors.ModelError, "'free' fixed=True") as refusal:
+    with refused(bs.errors.ModelError, "'free' fixed=True"):
         bs.read_document(path)
-    assert "6 blocks, 9 interfaces" in "".join(refusal.value.__notes__)
     content = yaml.safe_load(path.read_text(encoding="utf-8"))
     content["blocks"][0]["fixed"] = True
     path.write_text(yaml.safe_dump(content), encoding="utf-8")

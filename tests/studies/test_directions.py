@@ -71,7 +71,6 @@ def test_a_file_keeps_all_directions(tower, tmp_path):
     again = bs.studies.Directions.of(bs.open_analysis(tmp_path / "around.h5"))
     assert again.data.identical(around.data)
     assert str(again) == str(around)
-    assert "governing:" in str(again)
 
 
 def test_directions_without_a_load_factor_are_told(tower, small_analysis):
@@ -81,7 +80,6 @@ def test_directions_without_a_load_factor_are_told(tower, small_analysis):
     assert np.isnan(around.load_factor)
     with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not converged\)"):
         _ = around.governing
-    assert "no load factor for push 0 deg" in str(around)
     with pytest.raises(bs.errors.ModelError, match="no case pushes the weight in a direction"):
         bs.studies.Directions.of(small_analysis)
 

@@ -60,7 +60,6 @@ def ended(analysis, **statuses):
 @pytest.fixture(scope="module")
 def block():
     """A block that bears its site, and that falls where a thrust is part of the dead load."""
-    blocks, joint = single_block(0.8, 2.0)
     thrust = bs.PointLoad("block", Q_([0, 0.5, 1.9], "m"), Q_([30, 0, 0], "kN"))
     dead = bs.LoadPattern("dead + thrust", [bs.SelfWeight(), thrust])
     cases = [
@@ -68,7 +67,7 @@ def block():
         bs.LimitCase("back", SELF_WEIGHT, bs.LoadPattern("push back", push(-1, 0, 0).loads)),
         bs.LimitCase("falls", dead, push(1, 0, 0)),
     ]
-    return bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+    return bs.run(model_of(*single_block(0.8, 2.0)), cases)
 
 
 @pytest.fixture(scope="module")

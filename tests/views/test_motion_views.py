@@ -160,10 +160,7 @@ def test_report_console_and_json_list_broken_ties(analysis, result):
     page = contents(analysis.replaced(results={"push": result}), {})
     words = " ".join(page["cases"][0]["pushover"])
     assert f"Tie high breaks at a displacement of {1e3 * result.broken_ties.iloc[0, 0]:.4g} mm, 60 mm longer" in words
-    assert "Tie low holds: it lengthens by at most" in words
-    assert f"{result.curve_ended[1:]}." in words
     assert all(sentence in result_text(result).plain for sentence in pushover_words(result))
-    assert "corners stay sharp, and ties break at their elongation limits." in " ".join(page["assumptions"])
     found = json.loads(json.dumps(analysis_summary(analysis)))["cases"][0]["pushover"]
     assert (found["d0"], found["ended"]) == (result.capacity["d0"].item(), result.curve_ended)
     assert found["states"] == found["certified"] == result.capacity.sizes["step"]
@@ -233,7 +230,6 @@ def test_report_and_page_show_reactions(settled):
     page = report_html(settled.replaced(results={name: settled[name] for name in ("goes down", "turns")}))
     assert "<strong>Reaction: 20.57 kN.</strong>" in page
     assert "<strong>Reaction: 82.29 kN·m.</strong>" in page
-    assert "except for those of a settlement case" in page
     page = {case["name"]: case for case in payload(settled)["cases"]}
     assert page["goes down"]["answer"] == {"name": "reaction", "symbol": "R", "unit": "kN"}
     assert page["goes down"]["head"]["number"] == "20.57 kN"

@@ -80,7 +80,6 @@ def test_the_report_has_model_and_results():
     soft = model_of(single_block(0.4, 0.8)[0], DRY.varied(compressive_strength=Q_(40, "kPa")))
     html = report_html(bs.run(soft, case(flow="associative")))
     assert "Interface ground|block, the nearest to crushing" in html
-    assert "rectangular stress block" in html
 
 
 def test_the_detection_is_summed_up():
@@ -152,7 +151,6 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path, small):
     own.write_text('{% extends "report.html.j2" %}' + block, encoding="utf-8")
     html = report_html(small, template=own)
     assert "<p>Firm model</p>" in html
-    assert "Assumptions" in html
 
 
 ENDLESS = [
