@@ -128,12 +128,13 @@ def stored(path):
     return found, dimensions
 
 
-def check_same(dims, values, attrs, expected):
-    assert tuple(dims) == expected[0]
-    assert np.shape(values) == expected[1].shape
-    np.testing.assert_array_equal(np.asarray(values), expected[1])
-    for key, value in expected[2].items():
-        assert attrs[key] == value
+def check_same(seen, kept):
+    assert seen.keys() == kept.keys()
+    for name, (dims, values, attrs) in seen.items():
+        assert tuple(dims) == kept[name][0]
+        assert np.shape(values) == kept[name][1].shape
+        np.testing.assert_array_equal(np.asarray(values), kept[name][1])
+        assert {key: attrs[key] for key in kept[name][2]} == kept[name][2]
 
 
 def groups_of(dataset):
@@ -152,9 +153,7 @@ def check_netcdf(path, kept, dimensions):
                 variable.set_auto_mask(False)
                 attrs = {key: variable.getncattr(key) for key in variable.ncattrs()}
                 seen[f"{group.path.rstrip('/')}/{name}"] = variable.dimensions, variable[...], attrs
-    assert seen.keys() == kept.keys()
-    for name, each in seen.items():
-        check_same(*each, kept[name])
+    check_same(seen, kept)
 
 
 def test_netcdf_reads_what_is_stored(path):
@@ -174,9 +173,7 @@ def test_xarray_reads_what_is_stored(files, name, engine):
                 assert ds.identical(node.to_dataset(inherit=False))
                 for name, v in ds.variables.items():
                     seen[f"{node.path.rstrip('/')}/{name}"] = v.dims, v.values, v.attrs
-    assert seen.keys() == kept.keys()
-    for name, each in seen.items():
-        check_same(*each, kept[name])
+    check_same(seen, kept)
 
 
 @pytest.mark.skipif(shutil.which("ncdump") is None, reason="no ncdump: apt install netcdf-bin")

@@ -1,10 +1,8 @@
 """Pushovers and settlements in figure, page, ParaView, report and words."""
 
-import base64
 import html
 import json
 import re
-import zlib
 from xml.etree import ElementTree
 
 import attrs
@@ -13,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from rich.console import Console
-from test_page import coordinates, opened, slide
+from test_page import coordinates, opened, slide, unpacked
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -93,7 +91,7 @@ def test_the_page_has_every_step(analysis, result, last):
     curve, data = result.capacity, pushed["motion"]
     assert data["along"] == (1e3 * curve["displacement"]).to_numpy().tolist()
     assert data["values"] == curve["load_factor"].to_numpy().tolist()
-    motion = np.frombuffer(zlib.decompress(base64.b64decode(data["places"])), "<f4").reshape(last + 1, 3, 12)
+    motion = unpacked(data["places"], "<f4", last + 1, 3, 12)
     # The block has turned about its edge (0.5, y, 0).
     R, c = motion[-1, 2, :9].reshape(3, 3), motion[-1, 2, 9:]
     np.testing.assert_allclose(c + R @ [0.25, 0, -1], [0.5, 0.5, 0], atol=1e-4)

@@ -13,7 +13,7 @@ from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report import report_html, write_report
 from blockstruct.views.report.contents import detection_rows
 from blockstruct.views.words import spread_words
-from structures import SELF_WEIGHT, box, model_of, push, settings_of, single_block, stopping
+from structures import SELF_WEIGHT, box, every_load, model_of, push, settings_of, single_block, stopping
 
 DRY = bs.JointMaterial("dry", 0.65)
 
@@ -114,32 +114,20 @@ def test_names_are_text_in_any_script():
 
 
 def test_every_kind_of_load_is_described():
-    loads = [
-        bs.PointLoad("block", "[0.4, 0.5, 0.8] m", "[1, 0, 0] kN"),
-        bs.FaceLoad("block", 1, "[0, 0, -2] kPa"),
-        bs.Moment("block", "[0, 10, 0] N*m"),
-    ]
-    corners = {"start": ["0 m", "0 m", "0.8 m"], "end": ["0.4 m", "1 m", "0.8 m"]}
-    dead = [
-        bs.SelfWeight(),
-        bs.FaceLoad("block", 5, "[1, 0, 0] kPa", pressure="2 kPa", unit_weight="9.81 kN/m^3", level="0.5 m"),
-        bs.Weight("block", ["0.2 m", "0.5 m", "1.5 m"], "2 kN", mass_share=0.5),
-        bs.LineLoad("3 kN/m", ["0 m", "0.5 m", "0.8 m"], ["0.4 m", "0.5 m", "0.8 m"], block="block"),
-        bs.AreaLoad("4 kPa", **corners, spanning=True),
-        bs.AreaLoad("1 kPa", block="block", mass_share=0),
-        bs.FillLoad("18 kN/m^3", corners["start"], ["0.4 m", "1 m", "1 m"], lateral_coefficient=0.3),
-    ]
-    found = bs.LimitCase("case", bs.LoadPattern("dead", dead), bs.LoadPattern("many", loads * 5), "associative")
-    html = report_html(run([found]))
+    block = single_block(0.4, 0.8)[0][1]
+    weight, _, *others = every_load(block)
+    dead, variable = bs.LoadPattern("dead", [weight, *others[3:]]), bs.LoadPattern("many", others[:3] * 5)
+    html = report_html(run([bs.LimitCase("case", dead, variable, "associative")]))
     for words in (
-        "a force (1, 0, 0) kN on block block at (0.4, 0.5, 0.8) m",
-        "a couple (0, 10, 0) N·m on block block",
-        "a pressure of 2 kPa and a pressure that grows by 9.81 kN/m³ below z = 0.5 m",
-        "a weight of 2 kN on block block at (0.2, 0.5, 1.5) m",
-        "a weight of 3 kN/m along a line on block block",
-        "bear all of it: 1.6 kN in all",
+        "a force (0, 0, -142.9) N on block block at (0.4, 1, 0.8) m",
+        "a couple (0, 0.01, 0) N·m on block block",
+        "a traction (0, 0, -300) Pa and a pressure that grows by 9.81 kN/m³ below z = 0.1 m on face 1",
+        "a pressure of -800 Pa on face 2",
+        "a weight of 142.9 N on block block at (0.4, 1, 0.8) m",
+        "a weight of 142.9 N/m along a line on block block",
+        "bear all of it: 0.7143 N in all",
         "on its open upper faces: 400 N in all",
-        "fill of 18 kN/m³ up to z = 1 m",
+        "fill of 18 kN/m³ up to z = 1.2 m",
         "and 5 more loads",
     ):
         assert words in html
