@@ -200,10 +200,8 @@ def test_an_archive_has_the_numbers_of_records(stored):
     # A study in which nothing falls has no column for the time of collapse.
     data = bs.study(lambda factor: (analysis.model, shaken()[0].scaled(factor)), {"factor": [0.5]}, workers=1)
     weaker = data.peak_displacement.item()
-    for shown, largest in (
-        (archive_table(table.reset_index()), analysis["along"].peak_displacement),
-        (study_table(data), weaker),
-    ):
+    tables = {weaker: study_table(data), analysis["along"].peak_displacement: archive_table(table.reset_index())}
+    for largest, shown in tables.items():
         console = Console(width=200, record=True, file=io.StringIO())
         console.print(shown)
         assert f"{1e3 * largest:.4g} mm" in console.export_text()

@@ -14,14 +14,7 @@ from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.console import study_summary
 from structures import SELF_WEIGHT, box, model_of, push, single_block, solve
-
-
-def samples(alpha, status=None, sampling="monte carlo"):
-    """Study of given load factors."""
-    alpha = np.asarray(alpha, dtype=float)
-    status = ["converged"] * len(alpha) if status is None else status
-    data = {"load_factor": (("run", "case"), alpha[:, None]), "status": (("run", "case"), np.array(status)[:, None])}
-    return xr.Dataset(data, coords={"case": ["push"]}, attrs={"sampling": sampling})
+from studied import samples
 
 
 def test_the_summary_of_a_study_of_samples():

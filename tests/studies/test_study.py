@@ -461,3 +461,10 @@ def test_failures_alone_are_printed(document, call, tmp_path, parameters, more):
     assert (code, {row["status"] for row in json.loads(out)["rows"]}) == (3, {"failed"})
     assert call(*words, "--csv", tmp_path / "rows.csv")[0] == 3
     assert "failed" in (tmp_path / "rows.csv").read_text()
+
+
+def test_an_unreachable_scheduler_is_one_message(document, fails, tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.3)
+    words = ("study", document({FRICTION: [0.3]}), "-o", tmp_path / "runs", "--scheduler", "tcp://127.0.0.1:9")
+    fails("no worker of cluster 'tcp://127.0.0.1:9' answers", *words)
+    assert not (tmp_path / "runs").exists()

@@ -23,6 +23,7 @@ from blockstruct.views.solids import triangles
 from blockstruct.views.style import ACCENT, AMPLITUDE, FORCE, STATE_COLOURS, parts
 from refusals import refused
 from structures import SELF_WEIGHT, box, model_of, push, single_block, solve, stopping
+from studied import samples
 
 mpl.use("Agg")
 
@@ -419,10 +420,8 @@ def test_the_tornado():
 
 
 def test_the_distribution():
-    alpha, status = np.append(np.linspace(0.1, 0.3, 19), np.nan), ["converged"] * 19 + ["failed"]
-    values = {"load_factor": alpha, "status": np.array(status)}
-    values = {name: (("run", "case"), of[:, None]) for name, of in values.items()}
-    data = xr.Dataset(values, coords={"case": ["push"]}, attrs={"sampling": "monte carlo"})
+    alpha = np.append(np.linspace(0.1, 0.3, 19), np.nan)
+    data = samples(alpha, ["converged"] * 19 + ["failed"])
     ax = figures.distribution(data)
     step, *_ = ax.get_lines()
     assert step.get_xdata().tolist() == alpha[:19].tolist()
