@@ -92,13 +92,14 @@ def bonded(units: int, courses: int, depth: str = "0.2 m", material: bs.Material
 def every_load(block: bs.Block) -> list[object]:
     """A load of every kind on a block, near the highest of its corners, with numbers that no decimal holds."""
     corner = block.shape.vertices.max(axis=0)
+    level = Q_(corner[2] - 0.1, "m")
     ends = {"start": Q_(corner - [0.1, 0.05, 0], "m"), "end": Q_(corner, "m")}
     return [
         bs.SelfWeight(),
         bs.BodyForce((0.6, 0, 0.8), share=1 / 3),
         bs.PointLoad(block.name, ends["end"], Q_([0, 0, -1 / 7], "kN")),
         bs.Moment(block.name, Q_([0, 1e-5, 0], "kN*m")),
-        bs.FaceLoad(block.name, 1, Q_([0, 0, -0.3], "kPa"), unit_weight="9.81 kN/m^3", level="0.1 m"),
+        bs.FaceLoad(block.name, 5, Q_([0, 0, -0.3], "kPa"), unit_weight="9.81 kN/m^3", level=level),
         bs.FaceLoad(block.name, 2, pressure="-0.8 kPa"),
         bs.Weight(block.name, ends["end"], Q_(1 / 7, "kN"), mass_share=1 / 3),
         bs.LineLoad(Q_(1 / 7, "kN/m"), **ends, block=block.name, mass_share=0.25),

@@ -186,7 +186,7 @@ def test_a_curve_that_begins_half_a_per_cent_off_is_marked():
     sharp = pushover()
     alpha = sharp["push"].load_factor
     low = beginning(sharp, 0.9 * alpha)
-    for factor, marked in ((0.996, False), (1.004, False), (0.994, True), (1.006, True)):
+    for factor, marked in ((0.996, False), (1.004, False), (0.994, True), (1.006, True), (1.1, True)):
         head = summary(beginning(sharp, factor * alpha))
         assert (f"the curve begins at {factor * alpha:.4g}" in head) is marked
         assert "rounded corners" not in head

@@ -1,5 +1,6 @@
 """Pushovers and settlements in figure, page, ParaView, report and words."""
 
+import dataclasses
 import html
 import json
 import re
@@ -244,9 +245,15 @@ def test_figures_show_the_reaction(settled):
     plt.close("all")
 
 
-def test_every_view_has_the_note_on_corner_torsion(twisted):
-    (note,) = twisted["twist"].notes
-    assert note.text in " ".join(printed(result_text(twisted["twist"])).split())
-    assert note.text in analysis_summary(twisted)["cases"][0]["warnings"]
-    assert note.text in html.unescape(report_html(twisted))
-    assert note.text in payload(twisted)["cases"][0]["head"]["below"]
+def test_every_view_has_all_notes(twisted):
+    """On the torsion of corners, and on a load without a bound."""
+    history = twisted["twist"].history.copy(deep=True)
+    history["load_factor"][0] = np.inf
+    result = dataclasses.replace(twisted["twist"], history=history)
+    found = twisted.replaced(results={"twist": result})
+    assert len(result.notes) == 2
+    for note in result.notes:
+        assert note.text in " ".join(printed(result_text(result)).split())
+        assert note.text in analysis_summary(found)["cases"][0]["warnings"]
+        assert note.text in html.unescape(report_html(found))
+        assert note.text in " ".join(payload(found)["cases"][0]["head"]["below"])

@@ -121,7 +121,7 @@ def test_every_kind_of_load_is_described():
     for words in (
         "a force (0, 0, -142.9) N on block block at (0.4, 1, 0.8) m",
         "a couple (0, 0.01, 0) N·m on block block",
-        "a traction (0, 0, -300) Pa and a pressure that grows by 9.81 kN/m³ below z = 0.1 m on face 1",
+        "a traction (0, 0, -300) Pa and a pressure that grows by 9.81 kN/m³ below z = 0.7 m on face 5",
         "a pressure of -800 Pa on face 2",
         "a weight of 142.9 N on block block at (0.4, 1, 0.8) m",
         "a weight of 142.9 N/m along a line on block block",
