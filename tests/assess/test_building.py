@@ -3,6 +3,7 @@
 import pickle
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -158,7 +159,6 @@ def test_only_the_direction_that_governs_has_its_variants_and_its_history(found,
 
 
 def test_a_direction_without_a_load_factor_leaves_the_verdict_open():
-    """The verdict of the other direction is not enough."""
     found = checked_building("+x")
     ended = {"push +y": found.analysis["push +x"].changed(outcome=UNSTABLE)}
     more = bs.Analysis(found.analysis.model, {**found.analysis, **ended}, "", {})
@@ -192,10 +192,6 @@ def columns(size):
     return model_of(blocks, DRY), bs.LimitCase("push", SELF_WEIGHT, push(0, -1, 0))
 
 
-def checked(result):
-    return bs.assess.local_mechanism(result, spectrum=SITE)
-
-
 def test_units_of_any_size_turn_as_one_wall():
     """α0 = 0.5 m / 2 m at every size, so a fine bond gives the same, without scatter."""
     found = bs.assess.unit_sizes(columns, ["0.5 m", "1 m", "0.25 m"])
@@ -204,14 +200,14 @@ def test_units_of_any_size_turn_as_one_wall():
     assert (found.fine, found.scatter) == pytest.approx((0.25, 0.0), abs=1e-4)
     with pytest.raises(bs.errors.ModelError, match="two at least"):
         bs.assess.unit_sizes(columns, ["1 m"])
-    ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=checked)
+    check = partial(bs.assess.local_mechanism, spectrum=SITE)
+    ratios = bs.assess.unit_sizes(columns, ["1 m", "0.5 m"], check=check)
     assert ratios.fine == pytest.approx(0.25 / 1.35 / 0.06, rel=1e-3)
     assert np.isnan(ratios.scatter)
     assert found.notes == ratios.notes == ()
 
 
 def test_a_ratio_below_one_with_other_units_leaves_the_verdict_open(found):
-    """The tile, the verdict and the text of the building all say so."""
     table = pd.DataFrame({"size [meter]": [1.0, 0.5], RATIO: [1.1, 0.9], "settled": True})
     sizes = bs.assess.UnitSizes(RATIO, table, 0.7, np.nan)
     other = checked_building("+x", unit_sizes=sizes)

@@ -88,8 +88,6 @@ def test_a_facade_that_crushes_by_hand():
     assert (check.e_star, check.a0_star) == pytest.approx((1.0, 0.0892 * g / 1.2), rel=1e-6)
     assert check.ratio == pytest.approx(0.0892 / 1.2 / 0.09, rel=1e-6)
     assert check.curve.d0 == pytest.approx(0.2676, rel=1e-5)
-    assert "0.0892 / 0.0892 = 1" in str(check)
-    assert "LC2" in check.confidence_reason
 
 
 def test_loads_that_a_facade_carries_by_hand():
@@ -141,9 +139,8 @@ def test_a_tied_facade_by_hand():
     assert check.ratio == pytest.approx(197.2 / 972 / 1.35 / 0.09, rel=1e-6)
     assert (check.curve.d0, check.curve.at(0.0)) == pytest.approx((0.3, 0.1 * g / 1.35), rel=1e-5)
     assert hand.d0 == pytest.approx(0.3)
-    assert f"without ties θ0 = {np.arctan(0.1):.4g} rad; its centroid moves by d0 = 0.3 m" in str(hand)
-    assert "T = 20 kN; without an elongation limit it is not counted in a(d)" in str(check)
     assert "T = 20 kN, M = 100 kN m" in str(check)
+    assert check.notes == ()
 
 
 def test_the_trap_of_small_blocks_is_closed(result):
@@ -160,18 +157,15 @@ def test_the_trap_of_small_blocks_is_closed(result):
     assert many.e_star == pytest.approx(1.0, rel=1e-9)
     for name in ("alpha0", "a0_star", "M_star", "ratio", "ag"):
         assert getattr(many, name) == pytest.approx(getattr(one, name), rel=1e-5), name
-    assert "by single blocks" not in str(one)
-    text = str(many)
-    assert "e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = (324 kN)² / (324 kN · 324 kN) = 1" in text
-    assert "M* = [Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = (324 kN)² / (g · 324 kN) = 33.04 t" in text
-    (line,) = [line for line in text.splitlines() if "by single blocks, not used" in line]
-    assert "e* = 0.7513, M* = 24.82 t: together they are one" in line
+    (line,) = [line for line in str(many).splitlines() if "by single blocks, not used" in line]
+    assert "e* = 0.7513, M* = 24.82 t" in line
 
 
 def test_every_formula_is_printed_with_its_paragraph(result):
     check = checked(result, spectrum_slc=SITE.at(0.2 * g), spectrum_sld=SITE.at(0.05 * g))
     text = str(check)
     for words in (
+        "M* = [Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = (324 kN)² / (g · 324 kN) = 33.04 t",
         "a0* = α0 g / (e* FC) = 0.1 · 9.80665 m/s² / (1 · 1.35) = 0.7264 m/s² = 0.07407 g   [C8.7.1.2.1.5 (C8.7.1.8)]",
         "d_SLV = 0.4 d0 = 0.4 · 0.3 m = 0.12 m   [C8.7.1.2.1.6]",
         "T_SLV = 1.68 π √(d/a) = 1.68 π √(0.12 m / 0.4359 m/s²) = 2.769 s   [C8.7.1.2.1.8 (C8.7.1.10)]",
@@ -185,14 +179,10 @@ def test_every_formula_is_printed_with_its_paragraph(result):
         assert f"= {ag} g, F0 = 2.4" in printed[title]
 
 
-def test_coefficients_are_arguments_and_changes_are_printed(result):
-    plain = checked(result)
+def test_coefficients_are_arguments_and_changes_have_a_note(result):
     own = checked(result, coefficients=bs.assess.Coefficients(q=1.5, slv_share=0.25))
-    assert own.ratio == pytest.approx(0.75 * plain.ratio)
+    assert own.ratio == pytest.approx(0.75 * checked(result).ratio)
     assert own.limit_states["SLV, by displacement"].capacity == pytest.approx(0.25 * 0.3, rel=1e-6)
-    assert "1.5 (given; the Circolare has 2)" in str(own)
-    assert "(given;" not in str(plain)
-    assert plain.notes == ()
     assert codes(own) == ["coefficients"]
 
 
@@ -267,17 +257,13 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
     few = bs.assess.Coefficients(slv_share=0.01)
     check = checked(result, method="displacement", coefficients=few)
     assert check.ag == pytest.approx(check.limit_states["SLD"].ag)
-    assert "not below that of SLD" in str(check)
     # The site at which SLD is met, as a_g,SLV of this share alone is not.
     site = SITE.at(0.9 * check.ag)
     met = bs.assess.local_mechanism(result, 1.35, site, method="displacement", coefficients=few)
-    assert met.ratio < 1
-    assert met.satisfied
-    assert f"borne is a_g = a_g,SLD = {met.ag:.4g} m/s²" in str(met.verdict)
+    assert (met.satisfied, met.ratio < 1) == (True, True)
     # At a stronger site, too, the structure bears a_g,SLD.
     missed = bs.assess.local_mechanism(result, 1.35, SITE.at(0.3 * g), method="displacement", coefficients=few)
-    assert (missed.satisfied, missed.ratio < 1) == (False, True)
-    assert missed.verdict.state.of_sld
+    assert (missed.satisfied, missed.ratio < 1, missed.verdict.state.of_sld) == (False, True, True)
 
 
 def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):
@@ -286,7 +272,6 @@ def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result)
     assert check.ratio == pytest.approx(0.1 / 1.35 / 0.09, rel=1e-6)
     assert list(check.limit_states) == ["SLD", "SLV, linear"]
     assert codes(check) == ["state_left_out"] * 2
-    assert "last period is 2 s" in check.notes[0].text
     with pytest.raises(bs.errors.ModelError, match="last period is 2 s"):
         bs.assess.local_mechanism(result, 1.35, short, method="displacement")
 
@@ -320,11 +305,7 @@ def at_height(ground=SITE, period="0.4 s", shape=0.9, **more):
     ("spectrum", "demand", "words"),
     [
         (at_height(), SITE.at(0.05 * g), "spectrum is a floor spectrum, .* give spectrum_sld at"),
-        (
-            at_height(),
-            at_height(SITE.at(0.05 * g), shape=0.5),
-            r"is .* = 0\.65 and .* = 1\.17, which are two heights",
-        ),
+        (at_height(), at_height(SITE.at(0.05 * g), shape=0.5), r"0\.65 and .* = 1\.17, which are two heights"),
         (SITE, bs.assess.ntc_spectrum("0.05 g_0", 2.4, "0.3 s", "D"), "soil 'D' and 'B', .* the same soil"),
         (SITE, SITE.at(0.3 * g), r"ag is 2\.942 m/s² = 0\.3 g and 1\.471 m/s² .*, but it must not fall"),
     ],
@@ -337,9 +318,7 @@ def test_demands_of_several_places_are_refused(result, spectrum, demand, words):
 
 def test_an_anchorage_that_gives_way_has_a_note():
     """It is taken to slip or punch without limit, and neither does."""
-    assert checked(run(tied())).notes == ()
-    check = checked(run(tied(punching_force="10 kN")))
-    assert check.notes == (assessment.anchorages(["bar 0"]),)
+    assert codes(checked(run(tied(punching_force="10 kN")))) == ["anchorages"]
 
 
 @pytest.mark.parametrize(("shape", "code"), [(0.1, "floor_below_ground"), (0.9, "floor_on_ground")])
@@ -358,14 +337,12 @@ def test_a_ratio_above_one_is_not_satisfied_if_a_weaker_motion_demands_more(resu
     assert not check.satisfied
 
 
-@pytest.mark.parametrize(
-    ("share", "text", "outcome"), [(0.99996, "0.99996", "not satisfied"), (1.00002, "1.00002", "satisfied")]
-)
-def test_a_ratio_next_to_one_does_not_read_as_one(result, share, text, outcome):
+@pytest.mark.parametrize(("share", "outcome"), [(0.99996, "not satisfied"), (1.00002, "satisfied")])
+def test_a_ratio_next_to_one_does_not_read_as_one(result, share, outcome):
     """The demand a_Z / q is made to miss the capacity, 0.1 g / 1.35, by a share that four digits do not show."""
     q = share * SITE.peak / (0.1 * g / 1.35)
     check = checked(result, coefficients=bs.assess.Coefficients(q=q))
-    assert f"capacity / demand = {text}, {outcome}; equal at a_g = 1.471 m/s² = 0.1" in str(check.verdict)
+    assert f"capacity / demand = {share}, {outcome}; equal at a_g = 1.471 m/s² = 0.1" in str(check.verdict)
     borne = float(str(check.verdict).partition("m/s² = ")[2].partition(" g")[0])
     assert (borne < 0.15) == (share < 1)
 
@@ -376,10 +353,7 @@ def test_a_ratio_next_to_one_does_not_read_as_one(result, share, text, outcome):
         (bs.LoadPattern("roof", [bs.PointLoad("façade", TOP, "[0, -9, 0] kN")]), "has no BodyForce"),
         (push(0, -1, 0.005), "pushes along"),
         (bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]), "has couples"),
-        (
-            bs.LoadPattern("two", [bs.BodyForce("-y"), bs.PointLoad("façade", TOP, "[0, 0, -9] kN")]),
-            "across or against",
-        ),
+        (bs.LoadPattern("two", [bs.BodyForce("-y"), bs.PointLoad("façade", TOP, "[0, 0, -9] kN")]), "across or"),
     ],
 )
 def test_a_push_must_be_horizontal_and_proportional_to_weight(variable, words):
@@ -420,13 +394,11 @@ def test_the_confidence_factor_depends_on_crushing(result):
     with pytest.raises(bs.errors.ModelError, match="give the factor, or knowledge_level"):
         bs.assess.local_mechanism(crushing, spectrum=SITE)
     # Another joint of the same body that does not count crushing.
-    ground, wall = facade().blocks
     behind = box("behind", [0, DEPTH, 0], [5, 1, 2], fixed=True)
-    foot = bs.detect_interfaces([ground, wall], bs.JointMaterial("lime", 0.7, compressive_strength="2 MPa"))
-    back = bs.detect_interfaces([wall, behind], joint_material=DRY)
-    both = bs.Model("two joints", [ground, wall, behind], [*foot.interfaces, *back.interfaces])
+    blocks, lime = [*facade().blocks, behind], bs.JointMaterial("lime", 0.7, compressive_strength="2 MPa")
+    found = bs.detect_interfaces(blocks, {"ground|*": lime, "*": DRY})
     with pytest.raises(bs.errors.ModelError, match=r"FC is at least 1\.35"):
-        bs.assess.local_mechanism(run(both), 1.2, SITE)
+        bs.assess.local_mechanism(run(bs.Model("two joints", blocks, found)), 1.2, SITE)
 
 
 def test_results_without_a_collapse_state_are_refused(result):
@@ -468,4 +440,3 @@ def test_a_table_of_longer_periods_gives_every_limit_state(result):
     table = bs.assess.table_spectrum(Q_([0, 0.1, 0.4, 6], "s"), Q_([0.3, 0.9, 0.9, 0.04], "g_0"), ag="0.25 g_0")
     check = checked(result, spectrum_sld=table, spectrum_slc=table)
     assert all(np.isfinite(state.demand) for state in check.limit_states.values())
-    assert "the table scaled as a whole" in str(check)

@@ -149,7 +149,6 @@ def test_an_edge_without_a_joint_has_a_note(result, height):
     assert hand.alpha0 == pytest.approx(0.3 / (HEIGHT / 2 - height))
     (note,) = hand.notes
     assert note == assessment.edge_is_high(height, "façade", 0)
-    assert f"note: {note}" in str(hand)
     check = checked(result, beside=hand)
     assert note in check.notes
 

@@ -1,6 +1,5 @@
 """The command: what it prints, its exit codes, and imports."""
 
-import importlib.util
 import io
 import json
 import os
@@ -8,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -16,36 +16,28 @@ import numpy as np
 import pandas as pd
 import pytest
 from rich.console import Console
-from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
-from blockstruct.cli import runs as cli_runs
 from blockstruct.views import console, figures
-from blockstruct.views.console import bar, following
+from blockstruct.views.console import following
 from meshes import CUBE, objects_text, saved
 from structures import SELF_WEIGHT, model_of, push, single_block, stopping
 
-DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
 #: What they show is tested with the views.
 pytestmark = pytest.mark.usefixtures("blank_pictures")
 
 
+def written(folder, case):
+    """A block that rocks at 0.5, as a model document."""
+    return bs.write_document(folder / "block.yaml", model_of(*single_block(0.5, 1.0), name="block"), [case])
+
+
 @pytest.fixture
 def document(tmp_path):
-    """A block that rocks at 0.5, as a model document."""
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    return bs.write_document(tmp_path / "block.yaml", model_of(*single_block(0.5, 1.0), name="block"), [case])
-
-
-def pushed(document, direction, more=""):
-    """Make the case of a document a pushover."""
-    text = document.read_text(encoding="utf-8")
-    head, rest = text[: text.index("cases:")], text[text.index("\nblocks:") :]
-    case = f"{{ kind: pushover, name: p, dead: dead, variable: push, control: {{block: block, {direction}}}{more} }}"
-    document.write_text(f"{head}cases:\n- {case}{rest}", encoding="utf-8")
+    return written(tmp_path, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"))
 
 
 @pytest.fixture(scope="module")
@@ -68,21 +60,10 @@ def test_demo(call, tmp_path):
     assert len(err.splitlines()) > result.n_iterations
 
 
-@pytest.mark.parametrize(
-    ("missing", "words"),
-    [
-        ((), []),
-        (("plotly",), ['view needs: pip install "blockstruct[viz]"']),
-        (("plotly", "matplotlib"), ['view and report need: pip install "blockstruct[report,viz]"']),
-    ],
-)
-def test_a_run_names_the_extras_of_next_commands(done, small_model, small_cases, tmp_path, monkeypatch, missing, words):
-    path = tmp_path / "wall.h5"
-    bs.AnalysisManager(small_model, path).run(small_cases[:1])
-    find = importlib.util.find_spec
-    monkeypatch.setattr(cli_runs, "find_spec", lambda name: None if name in missing else find(name))
-    out = done("resume", path)
-    assert out.partition("\nnext: ")[2].splitlines()[1:] == words
+def test_a_run_names_the_extras_of_next_commands(done, file, monkeypatch):
+    monkeypatch.setattr("blockstruct.cli.runs.find_spec", lambda name: None if name == "plotly" else name)
+    (needs,) = done("resume", file).partition("\nnext: ")[2].splitlines()[1:]
+    assert needs == 'view needs: pip install "blockstruct[viz]"'
 
 
 def test_a_run_writes_beside_its_document(call, fails, document, tmp_path):
@@ -134,7 +115,6 @@ def test_an_interrupted_study_continues(call, done, tmp_path, monkeypatch):
         patched.setattr(console, "study_following", lambda *_, **__: nullcontext([interrupt]))
         code, _, err = call(*words)
     assert (code, err.splitlines()[0]) == (130, "interrupted")
-    assert "runs keeps what was done; the same command goes on" in err
     assert len(list((tmp_path / "runs").glob("*.h5"))) == 1
     done(*words)
 
@@ -167,15 +147,12 @@ def test_an_output_in_a_folder_that_was_deleted_names_it(call, file, tmp_path, m
         (["history", "FILE", "push nonassociative", "--variable", "colour"], "'colour' load_factor"),
         (["history", "FILE", "push nonassociative", "--csv", "FILE"], "small.h5 .csv"),
         (["show", "missing.h5"], "missing.h5 no such file"),
-        (["show", str(WALL)], "HDF5"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "folder /proc/x"),
         (["run", str(WALL), "-o", str(WALL)], "not replaced"),
-        (["run", "FILE", "-o", "x.h5"], "small.h5 not text"),
         (["view", "FILE", "-o", "/proc/x/y.html"], "/proc/x/y.html written"),
         (["view", "FILE", "-o", "view.pdf"], "view.pdf .html"),
         (["view", "FILE", "-o", f"{'a' * 250}.html"], "written too long"),
         (["report", "FILE", "-o", "r.docx"], "r.docx .html .pdf"),
-        (["report", "FILE", "--template", "missing.j2"], "missing.j2 template"),
         (["report", "FILE", "--project", "noeq"], "--project 'noeq'"),
         (["archive", ".", "--where", "colour == 1"], "colour"),
     ],
@@ -294,10 +271,8 @@ def test_a_view_never_replaces_its_input(fails, file, tmp_path):
 
 
 def test_analyses_and_pipes_are_no_targets(fails, file, tmp_path):
-    for suffix, command in (
-        (".html", ("view", file, "-o")),
-        (".csv", ("history", file, "push nonassociative", "--csv")),
-    ):
+    commands = {".html": ("view", file, "-o"), ".csv": ("history", file, "push nonassociative", "--csv")}
+    for suffix, command in commands.items():
         other, pipe = shutil.copy(file, tmp_path / f"other{suffix}"), tmp_path / f"pipe{suffix}"
         os.mkfifo(pipe)
         for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
@@ -315,16 +290,10 @@ def test_names_that_the_output_cannot_carry_are_escaped(document):
 
 def test_a_bar_shows_case_and_iteration(small_model, small_cases):
     """Names of cases are not markup there."""
-    stream, seen = io.StringIO(), []
-    console, case = Console(file=stream, force_terminal=True, width=120), small_cases[1].renamed("push [/x] [red]")
-    with Progress(TextColumn("{task.description}", markup=False), console=console) as progress:
-        listeners = [bar(progress), lambda _: seen.append(progress.tasks[0].description)]
-        bs.AnalysisManager(small_model, listeners=listeners).run([case])
-    shown = r".*push \[/x\] \[red\]: numerical iteration 1, load factor 0\.\d{4}, gap .*"
-    assert any(re.fullmatch(shown, text) for text in seen)
-    with following(console, quiet=False) as listeners:
-        bs.AnalysisManager(small_model, listeners=listeners).run([case])
-    assert stream.getvalue().rindex("push [/x] [red]") > 0
+    stream, case = io.StringIO(), small_cases[1].renamed("push [/x] [red]")
+    with following(Console(file=stream, force_terminal=True, width=120), quiet=False) as listeners:
+        bs.AnalysisManager(small_model, listeners=[*listeners, lambda _: time.sleep(0.1)]).run([case])
+    assert re.search(r"push \[/x\] \[red\]: numerical iteration \d, load factor 0\.\d{4}", stream.getvalue())
 
 
 @pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
@@ -337,8 +306,8 @@ def test_a_warning_is_one_line(call, document):
     assert len(err.splitlines()) == 1
 
 
-def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):
-    pushed(document, "direction: [0, 1, 0]")
+def test_a_pushover_without_a_curve_exits_with_3(call, tmp_path):
+    document = written(tmp_path, bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), control=("block", "+y")))
     assert call("run", document, "-o", tmp_path / "m.h5", "--quiet") == (3, "", "")
     assert bs.open_analysis(tmp_path / "m.h5")["p"].status == "converged"
     _, out, _ = call("show", tmp_path / "m.h5", "--json")
@@ -346,16 +315,17 @@ def test_a_pushover_without_a_curve_exits_with_3(call, document, tmp_path):
     assert warning.startswith("pushover: the control point at block 'block' does not move along +y")
 
 
-def test_corners_too_round_are_refused_before_the_run(call, done, document, tmp_path):
-    pushed(document, "direction: [1, 0, 0]", ", steps: 3, corner_rounding: 2 m")
+def test_corners_too_round_are_refused_before_the_run(call, done, tmp_path):
+    control = {"control": ("block", "+x"), "corner_rounding": "0.247 m"}
+    document = written(tmp_path, bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), **control))
+    done("check", document)
+    text = document.read_text(encoding="utf-8")
+    document.write_text(text.replace("corner_rounding: 0.247 m", "corner_rounding: 2 m"), encoding="utf-8")
     for command, expected in (("check", 2), ("validate", 4), ("run", 2)):
         code, out, err = call(command, document)
         # The limit is half of the width of 0.5 m, less rounding.
         assert (code, "give a radius of at most 0.247 m" in out + err) == (expected, True)
     assert [path.name for path in tmp_path.iterdir()] == [document.name]
-    text = document.read_text(encoding="utf-8")
-    document.write_text(text.replace("corner_rounding: 2 m", "corner_rounding: 0.247 m"), encoding="utf-8")
-    done("check", document)
 
 
 def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(done, tmp_path, monkeypatch):
@@ -462,7 +432,6 @@ def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["none.obj"], "none.obj: no such file"),
         (["LOOSE"], "no block is fixed"),
         (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
         (["STACK", "--closing", "1 mm"], "closing belongs to .dxf"),
@@ -471,8 +440,6 @@ def test_a_drawing_and_a_mesh_in_one_import(done, stack, tmp_path):
         (["STACK", "--exclude", "brick*"], "no block 'brick*' to exclude"),
         (["STACK", "--direction", "north"], "--direction 'north': give +x"),
         (["STACK", "--direction", "+z", "--tilt"], "a table tilts to a level direction"),
-        (["STACK", "--fix", "stone 9"], "no block 'stone 9' to fix"),
-        (["wall.dwg"], "end in .obj, .stl, .ply"),
     ],
 )
 def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, expected):
@@ -485,10 +452,8 @@ def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, 
     assert not (tmp_path / "m.yaml").exists()
 
 
-@pytest.mark.parametrize("content", ["", "no mesh at all"])
-def test_a_document_is_never_replaced(fails, stack, tmp_path, content):
+def test_a_document_is_never_replaced(fails, stack, tmp_path):
     stack.with_suffix(".yaml").write_text("mine", encoding="utf-8")
-    stack.write_text(content, encoding="utf-8")
     fails("exists and is not replaced", "import", stack, "-o", stack.with_suffix(".yaml"), "--unit", "mm", *STONE)
     assert stack.with_suffix(".yaml").read_text(encoding="utf-8") == "mine"
     fails("not the name of a model document", "import", stack, "-o", tmp_path / "m.txt", "--unit", "mm", *STONE)

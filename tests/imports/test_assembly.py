@@ -26,15 +26,13 @@ def typed(dtype, data):
     return {"dtype": dtype, "data": data, "guid": "0"}
 
 
-def assembly(kind="block", **graph):
+def assembly(kind="block"):
     """The layout of compas 1 and 2: a graph whose nodes hold blocks."""
     nodes = {str(i): {kind: typed("compas_assembly.datastructures/Block", mesh(i))} for i in range(3)}
     nodes["0"]["is_support"] = True
-    data = {"node": nodes, "edge": {}, "default_node_attributes": {"is_support": False}} | graph
-    return typed(
-        "compas_assembly.datastructures/Assembly",
-        {"attributes": {"name": "Assembly"}, "graph": typed("compas.datastructures/Graph", data)},
-    )
+    data = {"node": nodes, "edge": {}, "default_node_attributes": {"is_support": False}}
+    content = {"attributes": {"name": "Assembly"}, "graph": typed("compas.datastructures/Graph", data)}
+    return typed("compas_assembly.datastructures/Assembly", content)
 
 
 def network():
@@ -119,12 +117,6 @@ def test_refused_marks_of_a_support(tmp_path, mark):
     text = json.dumps(assembly()).replace('"is_support": true', f'"is_support": {json.dumps(mark)}')
     with refused(bs.errors.GeometryFileError, f"block 0: is_support {mark!r}"):
         read(tmp_path, text)
-
-
-def test_ignored_interfaces_give_a_warning(tmp_path):
-    edges = {"0": {"1": {"interfaces": [typed("Interface", {})]}}, "1": {"2": {"interfaces": [typed("Interface", {})]}}}
-    with pytest.warns(bs.errors.GeometryWarning, match="interfaces of 2 pairs"):
-        assert len(read(tmp_path, assembly(edge=edges)).blocks) == 3
 
 
 CUT = typed("compas_model.modifiers/BooleanModifier", {})

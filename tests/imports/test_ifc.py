@@ -24,7 +24,6 @@ class Building:
         self.body = self.run("context.add_context", self.file, parent=model, **kind)
         self.storey = self.made("IfcBuildingStorey", "Ground floor")
         self.run("aggregate.assign_object", self.file, products=[self.storey], relating_object=project)
-        self.materials = {}
 
     def made(self, kind, name):
         return self.run("root.create_entity", self.file, ifc_class=kind, name=name)
@@ -43,9 +42,8 @@ class Building:
             return element
         self.run("spatial.assign_container", self.file, products=[element], relating_structure=self.storey)
         if material:
-            if material not in self.materials:
-                self.materials[material] = self.run("material.add_material", self.file, name=material)
-            self.run("material.assign_material", self.file, products=[element], material=self.materials[material])
+            given = self.run("material.add_material", self.file, name=material)
+            self.run("material.assign_material", self.file, products=[element], material=given)
         return element
 
 

@@ -47,7 +47,6 @@ def test_a_support_of_one_face_is_a_block_behind_it(tmp_path, turn, down):
     found = read(compas(tmp_path / "a.json", turn=turn, down=down))
     face, block = found.blocks
     assert found.report.supports == ("face",)
-    assert "supports drawn as one face, each a fixed block behind the face: 1 (face)" in str(found.report)
     assert found.report.warnings == ()
     up = np.eye(3)[2] if turn is None else turn[:, 2]
     assert (face.shape.vertices @ up).max() == pytest.approx(0.0, abs=1e-12)
@@ -84,7 +83,6 @@ def test_supports_of_some_motions(tmp_path):
     found = read(path, fixed=["pier 1", "pier 2:x, ry"])
     assert [b.held for b in found.blocks] == [bs.vocabulary.MOTIONS, ("x", "ry")]
     assert found.report.supports == ("pier 1",)
-    assert "held in x, ry alone: pier 2" in str(found.report)
     together = read(path, fixed=["pier *:x", "lowest:y"])
     assert [b.held for b in together.blocks] == [("x", "y"), ("x",)]
     with refused(bs.errors.UnknownNameError, "no block 'pier 2:u' to fix NAME:x,z"):
@@ -94,7 +92,6 @@ def test_supports_of_some_motions(tmp_path):
 def test_the_command_holds_a_wall_at_its_head(done, tmp_path):
     words = ("--unit", "m", "--unit-weight", "20 kN/m3", "--friction", "1.2", "--ground", "0 m", "--fix", "pier 2:x")
     out = done("import", mesh(tmp_path / "a.obj"), "-o", tmp_path / "a.yaml", *words)
-    assert "a fixed block 'ground' added, its top at 0 m" in out
     assert "pier 2 (holds x)" in out
     out = done("run", tmp_path / "a.yaml")
     # As tests/validation/test_rollers.py: t (3 a + 2 c) / a², and −W (α + t / c).

@@ -5,7 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, box, model_of, moved, rotation, settings_of
+from structures import PIER, SELF_WEIGHT, box, model_of, moved, rotation, settings_of
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,6 @@ def test_a_file_keeps_all_directions(tower, tmp_path):
     again = bs.studies.Directions.of(bs.open_analysis(tmp_path / "around.h5"))
     assert again.data.identical(around.data)
     assert str(again) == str(around)
-    assert "governing:" in str(again)
 
 
 def test_directions_without_a_load_factor_are_told(tower, small_analysis):
@@ -81,7 +80,6 @@ def test_directions_without_a_load_factor_are_told(tower, small_analysis):
     assert np.isnan(around.load_factor)
     with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not converged\)"):
         _ = around.governing
-    assert "no load factor for push 0 deg" in str(around)
     with pytest.raises(bs.errors.ModelError, match="no case pushes the weight in a direction"):
         bs.studies.Directions.of(small_analysis)
 
@@ -101,42 +99,19 @@ def test_bad_directions(tower, given, said):
         bs.directions(tower, SELF_WEIGHT, given)
 
 
-DOCUMENT = """
-blockstruct: model-1
-materials: {tuff: {unit_weight: 12 kN/m^3}}
-joint_materials: {dry: {friction_coefficient: 0.65}}
-blocks:
-  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
-  - {name: pier, material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 0.2 m, 1 m]}}
-interfaces: {joint_material: dry}
-load_patterns: {dead: [{kind: self_weight}]}
-cases: [{name: push, dead: dead, %s, flow: associative}]
-"""
-
-
 def test_directions_of_a_document(tmp_path, done):
     """Each case with directions has its summary."""
-    path = tmp_path / "pier.yaml"
-    path.write_text(DOCUMENT % "directions: [30 deg, 300 deg], vertical: -0.5")
+    path, thin = tmp_path / "pier.yaml", PIER.replace("[0.5 m, 1 m, 1 m]", "[0.5 m, 0.2 m, 1 m]")
+    path.write_text(thin.replace("variable: push", "directions: [30 deg, 300 deg], vertical: -0.5"))
     names = [case.name for case in bs.read_document(path).cases]
     assert names == ["push 30 deg, 0.5 down", "push 300 deg, 0.5 down"]
-    more = (
-        "{name: quake, dead: dead, directions: [0 deg, 90 deg], vertical: 0.5, flow: associative}, "
-        "{name: along, dead: dead, variable: along, flow: associative}"
-    )
-    text = (DOCUMENT % "directions: 4").replace("associative}]", f"associative}}, {more}]")
-    path.write_text(text.replace("{dead: [", "{along: [{kind: body_force, direction: +x}], dead: ["))
+    quake = "{name: quake, dead: dead, directions: [0 deg, 90 deg], vertical: 0.5, flow: associative}"
+    along = "{name: along, dead: dead, variable: push, flow: associative}"
+    around = "{name: push, dead: dead, directions: 4, flow: associative}"
+    path.write_text(f"{thin.partition('cases:')[0]}cases: [{around}, {quake}, {along}]")
     out = done("run", path, "-o", tmp_path / "pier.h5")
     assert "case push, pier: pushed in 4 directions\n" in out
     assert "  governing: 90 deg, load factor 0.2\n" in out
     # About the edge, the lever of the weight is b / 2, that of the push h / 2 and of its part upwards b / 2.
     assert "case quake, pier: pushed in 2 directions, with 0.5 of it up\n" in out
     assert f"  governing: 90 deg, load factor {0.2 / (1 + 0.5 * 0.2):.4g}\n" in out
-
-
-@pytest.mark.parametrize("given", ["directions: 4, variable: dead", "vertical: 1, variable: dead", "directions: [30]"])
-def test_bad_directions_of_a_document(tmp_path, given):
-    path = tmp_path / "pier.yaml"
-    path.write_text(DOCUMENT % given)
-    with pytest.raises(bs.errors.DocumentError, match="/cases/0"):
-        bs.read_document(path)

@@ -13,15 +13,8 @@ import studied
 from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.console import study_summary
-from structures import SELF_WEIGHT, box, model_of, push, single_block
-
-
-def samples(alpha, status=None, sampling="monte carlo"):
-    """Study of given load factors."""
-    alpha = np.asarray(alpha, dtype=float)
-    status = ["converged"] * len(alpha) if status is None else status
-    data = {"load_factor": (("run", "case"), alpha[:, None]), "status": (("run", "case"), np.array(status)[:, None])}
-    return xr.Dataset(data, coords={"case": ["push"]}, attrs={"sampling": sampling})
+from structures import SELF_WEIGHT, box, model_of, push, single_block, solve
+from studied import samples
 
 
 def test_the_summary_of_a_study_of_samples():
@@ -115,8 +108,7 @@ def load_factor(model, friction):
     """Result with a friction coefficient for each interface."""
     joints = [bs.JointMaterial(f"joint {k}", mu) for k, mu in enumerate(friction)]
     interfaces = [i.with_joint_material(j) for i, j in zip(model.interfaces, joints, strict=True)]
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0.3, 0), "associative")
-    return bs.run(bs.Model("wall", model.blocks, interfaces), case)["push"]
+    return solve(bs.Model("wall", model.blocks, interfaces), push(1, 0.3, 0))
 
 
 @pytest.fixture(scope="module")
@@ -154,8 +146,7 @@ def test_tension_within_the_friction_cone_stays_as_it_is():
     dry = bs.studies.first_order(bs.run(*studied.block(0.9))["push"], 0.05)
     assert (dry.attrs["unique"], dry.independent.item()) == (1, pytest.approx(0, abs=1e-6))
     mortar = bs.JointMaterial("mortar", 0.6, tensile_strength="3 kPa", cohesion="40 kPa")
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    found = bs.studies.first_order(bs.run(model_of(single_block(0.5, 2.0)[0], mortar), case)["push"], 0.1)
+    found = bs.studies.first_order(solve(model_of(single_block(0.5, 2.0)[0], mortar), push(1, 0, 0)), 0.1)
     assert found.attrs["unique"] == 1
     assert found.independent.item() == pytest.approx(0, abs=1e-6)
 
@@ -177,8 +168,7 @@ def test_joints_of_one_material_add_up():
     """A block on two feet slides at μ: the feet share dα/dμ = 1."""
     feet = [box(f"foot {k}", [x, 0, -1], [0.4, 1, 1], fixed=True) for k, x in enumerate((0, 1.6))]
     model = model_of([*feet, box("beam", [0, 0, 0], [2, 1, 0.3])], bs.JointMaterial("joint", 0.4))
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    found = bs.studies.first_order(bs.run(model, case)["push"], 0.1)
+    found = bs.studies.first_order(solve(model, push(1, 0, 0)), 0.1)
     assert found.derivative.sum().item() == pytest.approx(1, rel=1e-5)
     assert found.correlated.item() == pytest.approx(0.1, rel=1e-5)
     assert found.independent < found.correlated
@@ -189,8 +179,7 @@ def test_torsion_of_joints_counts_in_derivatives(torsion, lever):
     """A square of 1 m under 10 kN is twisted by ``lever μ W``: at its corners, or as under uniform pressure."""
     model = model_of(single_block(1.0, 0.5)[0], bs.JointMaterial("joint", 0.6, torsion=torsion))
     twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 10], "kN*m"))])
-    result = bs.run(model, bs.LimitCase("twist", SELF_WEIGHT, twist, "associative"))["twist"]
-    found = bs.studies.first_order(result, 0.1)
+    found = bs.studies.first_order(solve(model, twist), 0.1)
     assert found.attrs["unique"] == 1
     assert found.derivative.item() == pytest.approx(lever, rel=1e-5)
 

@@ -126,17 +126,9 @@ def test_a_worker_of_a_cluster_is_killed(cluster, tmp_path):
     assert (tmp_path / "killed").exists()
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ("tcp://127.0.0.1:9", r"no worker of cluster 'tcp://127\.0\.0\.1:9' answers \(OSError.*`dask worker ADDRESS`"),
-        (3, "no worker of cluster 3 answers .*give a Dask client"),
-        ("", "no worker of cluster '' answers"),
-    ],
-)
-def test_a_scheduler_that_does_not_answer_is_told_at_once(tmp_path, monkeypatch, given, said):
-    monkeypatch.setattr("blockstruct.studies.workers.PATIENCE", 0.5)
-    with pytest.raises(bs.errors.ClusterError, match=said):
+@pytest.mark.parametrize("given", [3, ""])
+def test_what_is_no_cluster_is_told_at_once(tmp_path, given):
+    with pytest.raises(bs.errors.ClusterError, match=f"no worker of cluster {given!r} answers"):
         bs.study(studied.block, MU, tmp_path / "store", cluster=given)
     assert not (tmp_path / "store").exists()
 

@@ -76,6 +76,7 @@ def tied(breaks_at=None, force=20, bars=1, to=(4, 5), fixed=False, joint=DRY, **
     return model_of(blocks, joint, "tied façade").with_ties(ties)
 
 
-def pushed_over(model, steps=30):
-    pushed = bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=steps)
+def pushed_over(model, steps=10, block="façade", **more):
+    """The pushover by the displacement of a block along the push."""
+    pushed = bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=(block, (0, -1, 0)), steps=steps, **more)
     return bs.run(model, pushed)["out of plane"]

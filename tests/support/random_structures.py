@@ -173,9 +173,8 @@ def arch(r: Random, i: int) -> dict:
 def arch_on_piers(r: Random, i: int) -> dict:
     size = {"span": metres(r.uniform(2, 3.6)), "thickness": metres(r.uniform(0.35, 0.6)), "depth": "0.7 m"}
     piers = {"pier_width": metres(r.uniform(0.7, 1.1)), "pier_height": metres(r.uniform(0.8, 1.8))}
-    blocks = bs.structures.arch_on_piers(
-        **size, **piers, pier_courses=int(r.integers(2, 6)), voussoirs=int(r.integers(7, 15)), material=STONE
-    )
+    parts = {"pier_courses": int(r.integers(2, 6)), "voussoirs": int(r.integers(7, 15)), "material": STONE}
+    blocks = bs.structures.arch_on_piers(**size, **piers, **parts)
     way = [(1, 0, 0), (0, 1, 0), (1, 0.7, 0)][i % 3]
     return {"blocks": blocks, "joint": joint(r.uniform(0.5, 0.8)), "variable": push(*way)}
 
@@ -218,9 +217,8 @@ def column(r: Random, i: int) -> dict:
     """A column of drums, a stack out of plumb, or a pier of two leaves that leans."""
     if i % 3 == 0:
         size = {"height": metres(r.uniform(2, 5)), "diameter": metres(r.uniform(0.5, 0.9))}
-        blocks = bs.structures.column(
-            **size, drums=int(r.integers(1, 8)), sides=int(r.choice([6, 8, 12])), material=STONE
-        )
+        parts = {"drums": int(r.integers(1, 8)), "sides": int(r.choice([6, 8, 12]))}
+        blocks = bs.structures.column(**size, **parts, material=STONE)
     elif i % 3 == 1:
         count = int(r.integers(4, 11))
         shift = Q_(r.uniform(0, 0.2 / count, 2), "m")
@@ -255,10 +253,8 @@ def cohesion(r: Random, i: int) -> dict:
 def tied(r: Random, i: int) -> dict:
     """A façade between two returns, held by a tie along each of them."""
     length, courses, depth = 0.5 * int(r.integers(3, 6)), int(r.integers(4, 8)), 0.25
-    sides = [
-        bs.structures.Sidewall(name, metres(x), "1 m", bonded=i % 2 == 0)
-        for name, x in (("left", 0), ("right", length - depth))
-    ]
+    at = {"left": 0, "right": length - depth}
+    sides = [bs.structures.Sidewall(name, metres(x), "1 m", bonded=i % 2 == 0) for name, x in at.items()]
     blocks = masonry(length, courses, depth, sidewalls=sides)
     ties = []
     for k, x in enumerate((0.1, length - 0.1)):
@@ -311,40 +307,33 @@ def by_hand(r: Random, i: int) -> dict:
     """A block, or two, whose load factor statics gives."""
     b, t, h, mu = r.uniform(0.3, 0.7), r.uniform(0.3, 0.8), r.uniform(0.5, 1.6), r.uniform(0.25, 0.8)
     block = box("block", [0, 0, 0], [b, t, h])
-    blocks, slope = [GROUND, block], 0.1
-    if i % 6 == 0:
-        return {"blocks": blocks, "joint": joint(mu), "variable": push(1, 0, 0), "exact": min(mu, b / h)}
+    blocks, of_joint, variable, exact = [GROUND, block], joint(mu), push(1, 0, 0), min(mu, b / h)
+    weight = 16 * b * t * h
     if i % 6 == 1:
-        lifted = loads(point(block, block.centroid, (0, 0, 1)))
-        return {"blocks": blocks, "joint": joint(mu), "variable": lifted, "exact": 16 * b * t * h}
-    if i % 6 == 2:
+        variable, exact = loads(point(block, block.centroid, (0, 0, 1))), weight
+    elif i % 6 == 2:
         # Up or down a slope, a push along the global x.
-        ratio = min(mu, b / h)
-        turned = bs.structures.tilted(blocks, Q_(slope, "rad"), axis=(0, 1, 0))
-        tan = math.tan(slope)
+        tan, ratio = math.tan(0.1), exact
+        blocks = bs.structures.tilted(blocks, Q_(0.1, "rad"), axis=(0, 1, 0))
         exact = (ratio - tan) / (1 + ratio * tan)
-        return {"blocks": turned, "joint": joint(mu), "variable": push(1, 0, 0), "exact": exact}
-    if i % 6 == 3:
+    elif i % 6 == 3:
         share = r.uniform(0.02, 0.3)
-        strong = joint(0.9, compressive_strength=Q_(16 * h / share, "kPa"))
+        of_joint = joint(0.9, compressive_strength=Q_(16 * h / share, "kPa"))
         exact = min(0.9, b / h * (1 - share))
-        return {"blocks": blocks, "joint": strong, "variable": push(1, 0, 0), "exact": exact}
-    if i % 6 == 4:
+    elif i % 6 == 4:
         # A push with a lift: sliding at μ (W - α sin) = α cos, rocking about the toe.
-        weight, angle = 16 * b * t * h, 0.3
-        force = (math.cos(angle), 0, math.sin(angle))
-        slides = mu * weight / (math.cos(angle) + mu * math.sin(angle))
-        rocks = weight * b / (h * math.cos(angle) + b * math.sin(angle))
-        variable = loads(point(block, block.centroid, force))
-        return {"blocks": blocks, "joint": joint(mu), "variable": variable, "exact": min(slides, rocks)}
-    # Two blocks: the upper one rocks or slides, or both rock as one about the toe of the lower one.
-    height, narrow, offset = r.uniform(0.6, 1.2), 0.8 * b, 0.05
-    upper = box("upper", [offset, 0, h], [narrow, t, height])
-    one, other = b * h, narrow * height
-    arm = one * b / 2 + other * (b - offset - narrow / 2)
-    both = arm / (one * h / 2 + other * (h + height / 2))
-    exact = min(mu, narrow / height, both)
-    return {"blocks": [*blocks, upper], "joint": joint(mu), "variable": push(1, 0, 0), "exact": exact}
+        cos, sin = math.cos(0.3), math.sin(0.3)
+        variable = loads(point(block, block.centroid, (cos, 0, sin)))
+        exact = min(mu * weight / (cos + mu * sin), weight * b / (h * cos + b * sin))
+    elif i % 6 == 5:
+        # Two blocks: the upper one rocks or slides, or both rock as one about the toe of the lower one.
+        height, narrow, offset = r.uniform(0.6, 1.2), 0.8 * b, 0.05
+        blocks.append(box("upper", [offset, 0, h], [narrow, t, height]))
+        one, other = b * h, narrow * height
+        arm = one * b / 2 + other * (b - offset - narrow / 2)
+        both = arm / (one * h / 2 + other * (h + height / 2))
+        exact = min(mu, narrow / height, both)
+    return {"blocks": blocks, "joint": of_joint, "variable": variable, "exact": exact}
 
 
 def falls(r: Random, i: int) -> dict:
@@ -406,11 +395,8 @@ def unequal(r: Random, i: int) -> dict:
 
 def tall(r: Random, i: int) -> dict:
     """A slender wall, alone or with two returns."""
-    sides = (
-        [bs.structures.Sidewall(n, metres(x), "1 m", bonded=True) for n, x in (("left", 0), ("right", 1.25))]
-        if i % 2
-        else []
-    )
+    at = {"left": 0, "right": 1.25} if i % 2 else {}
+    sides = [bs.structures.Sidewall(name, metres(x), "1 m", bonded=True) for name, x in at.items()]
     blocks = masonry(1.5, int(r.integers(12, 22)), 0.25, sidewalls=sides)
     return {"blocks": blocks, "joint": joint(0.6), "variable": push(*[(1, 0, 0), (0, -1, 0), (1, -1, 0)][i % 3])}
 

@@ -15,6 +15,18 @@ from blockstruct.geometry.polyhedron import lofted
 from blockstruct.storage.file import seal_of
 
 STONE = bs.Material("stone", "20 kN/m^3")
+#: A model document: a pier of 0.5 m by 1 m by 1 m, pushed along x.
+PIER = """
+blockstruct: model-1
+materials: {tuff: {unit_weight: 12 kN/m^3}}
+joint_materials: {lime: {friction_coefficient: 0.65}}
+blocks:
+  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
+  - {name: pier, material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 1 m, 1 m]}}
+interfaces: {joint_material: lime}
+load_patterns: {dead: [{kind: self_weight}], push: [{kind: body_force, direction: +x}]}
+cases: [{name: push, dead: dead, variable: push, flow: associative}]
+"""
 SELF_WEIGHT = bs.LoadPattern("dead", [bs.SelfWeight()])
 
 
@@ -75,6 +87,26 @@ def bonded(units: int, courses: int, depth: str = "0.2 m", material: bs.Material
     """A wall of whole units of 0.4 m by 0.2 m in running bond, on its base."""
     rows = [[1] * units if j % 2 == 0 else [0.5, *[1] * (units - 1), 0.5] for j in range(courses)]
     return bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", thickness=depth, material=material)
+
+
+def every_load(block: bs.Block) -> list[object]:
+    """A load of every kind on a block, near the highest of its corners, with numbers that no decimal holds."""
+    corner = block.shape.vertices.max(axis=0)
+    level = Q_(corner[2] - 0.1, "m")
+    ends = {"start": Q_(corner - [0.1, 0.05, 0], "m"), "end": Q_(corner, "m")}
+    return [
+        bs.SelfWeight(),
+        bs.BodyForce((0.6, 0, 0.8), share=1 / 3),
+        bs.PointLoad(block.name, ends["end"], Q_([0, 0, -1 / 7], "kN")),
+        bs.Moment(block.name, Q_([0, 1e-5, 0], "kN*m")),
+        bs.FaceLoad(block.name, 5, Q_([0, 0, -0.3], "kPa"), unit_weight="9.81 kN/m^3", level=level),
+        bs.FaceLoad(block.name, 2, pressure="-0.8 kPa"),
+        bs.Weight(block.name, ends["end"], Q_(1 / 7, "kN"), mass_share=1 / 3),
+        bs.LineLoad(Q_(1 / 7, "kN/m"), **ends, block=block.name, mass_share=0.25),
+        bs.AreaLoad("1 kPa", block=block.name, mass_share=0),
+        bs.AreaLoad(Q_(1 / 7, "kPa"), **ends, spanning=True),
+        bs.FillLoad("18 kN/m^3", ends["start"], Q_(corner - [0, 0, -0.4], "m"), lateral_coefficient=0.3),
+    ]
 
 
 def semicircle(thickness: float, joint: bs.JointMaterial, voussoirs: int = 27, radius: float = 1.0) -> bs.Model:

@@ -5,6 +5,9 @@ import signal
 import time
 from pathlib import Path
 
+import numpy as np
+import xarray as xr
+
 import blockstruct as bs
 from blockstruct import Q_
 from structures import SELF_WEIGHT, STONE, bonded, box, model_of, push
@@ -55,6 +58,14 @@ def dying(friction_coefficient):
     if friction_coefficient == 0.4:
         os.kill(os.getpid(), signal.SIGKILL)
     return block(friction_coefficient)
+
+
+def samples(alpha, status=None):
+    """Study of given load factors, as if they had been run."""
+    alpha = np.asarray(alpha, dtype=float)
+    status = ["converged"] * len(alpha) if status is None else status
+    data = {"load_factor": (("run", "case"), alpha[:, None]), "status": (("run", "case"), np.array(status)[:, None])}
+    return xr.Dataset(data, coords={"case": ["push"]}, attrs={"sampling": "monte carlo"})
 
 
 def slow(friction_coefficient, folder):

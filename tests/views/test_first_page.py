@@ -60,7 +60,6 @@ def ended(analysis, **statuses):
 @pytest.fixture(scope="module")
 def block():
     """A block that bears its site, and that falls where a thrust is part of the dead load."""
-    blocks, joint = single_block(0.8, 2.0)
     thrust = bs.PointLoad("block", Q_([0, 0.5, 1.9], "m"), Q_([30, 0, 0], "kN"))
     dead = bs.LoadPattern("dead + thrust", [bs.SelfWeight(), thrust])
     cases = [
@@ -68,7 +67,7 @@ def block():
         bs.LimitCase("back", SELF_WEIGHT, bs.LoadPattern("push back", push(-1, 0, 0).loads)),
         bs.LimitCase("falls", dead, push(1, 0, 0)),
     ]
-    return bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+    return bs.run(model_of(*single_block(0.8, 2.0)), cases)
 
 
 @pytest.fixture(scope="module")
@@ -119,13 +118,11 @@ def test_a_load_factor_that_has_not_settled_satisfies_no_demand(small_model):
         assert "satisfied" not in head
 
 
-def test_the_range_of_a_spread_stands_next_to_its_number(small_model):
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    spread = bs.AnalysisManager(small_model).run([case], spread=["half steps", "shear ratio 1"]).spread("push")
-    results = {"push": spread.given.changed(path_dependence=(0.123456, 0.234567))}
-    head = summary(bs.Analysis(small_model, results, "", {}))
+def test_the_range_of_a_spread_stands_next_to_its_number(stands):
+    ranged = stands["good"].changed(path_dependence=(0.123456, 0.234567))
+    head = summary(stands.replaced(results={"good": ranged}))
     assert head.count("0.1235 to 0.2346") == 2
-    assert re.findall(r"<(?:b|strong)>(.*?)</", head) == [spread.given.headline.number] * 2
+    assert re.findall(r"<(?:b|strong)>(.*?)</", head) == [ranged.headline.number] * 2
 
 
 def test_the_largest_reaction_is_relied_on(block):
@@ -161,16 +158,10 @@ def test_the_lowest_of_all_ways_governs(stands):
     assert "<b>more than 10 g</b>" in summary(stands, [checked(stands["good"], ag=np.inf)])
 
 
-def pushover(name="push", **of_case):
+def pushover(**of_case):
     """A slender block pushed over."""
-    blocks, joint = single_block(0.5, 3.0)
-    case = bs.Pushover(name, dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)), steps=8, **of_case)
-    return bs.AnalysisManager(model_of(blocks, joint)).run([case])
-
-
-@pytest.fixture(scope="module")
-def rounded():
-    return pushover(corner_rounding=Q_(80, "mm"))
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=8, **of_case)
+    return bs.run(model_of(*single_block(0.5, 3.0)), case)
 
 
 def beginning(analysis, first):
@@ -180,7 +171,8 @@ def beginning(analysis, first):
     return analysis.replaced(results={"push": dataclasses.replace(analysis["push"], capacity=curve)})
 
 
-def test_a_curve_of_rounded_corners_stands_next_to_its_load_factor(rounded):
+def test_a_curve_of_rounded_corners_stands_next_to_its_load_factor():
+    rounded = pushover(corner_rounding="80 mm")
     result = rounded["push"]
     first = result.capacity["load_factor"].to_numpy()[0]
     assert first < 0.8 * result.load_factor
@@ -192,32 +184,25 @@ def test_a_curve_of_rounded_corners_stands_next_to_its_load_factor(rounded):
 
 def test_a_curve_that_begins_half_a_per_cent_off_is_marked():
     sharp = pushover()
-    alpha, ended = sharp["push"].load_factor, sharp["push"].curve_ended
-    for factor, marked in ((0.996, False), (1.004, False), (0.994, True), (1.006, True)):
+    alpha = sharp["push"].load_factor
+    low = beginning(sharp, 0.9 * alpha)
+    for factor, marked in ((0.996, False), (1.004, False), (0.994, True), (1.006, True), (1.1, True)):
         head = summary(beginning(sharp, factor * alpha))
         assert (f"the curve begins at {factor * alpha:.4g}" in head) is marked
         assert "rounded corners" not in head
-    # The end and the doubts of the curve stand there, once, also next to the check that has a note on them.
-    assert f"<p>Pushover “push”: {ended}.</p>" in summary(sharp)
-    for factor in (0.9, 1.1):
-        of = beginning(sharp, factor * alpha)
-        said, *_ = [str(part) for part in bs.results.doubtful_parts(of["push"].capacity, of["push"].settings.procedure)]
-        said = said if factor < 1 else f"begins at {factor * alpha:.4g}"
-        for checks in ([], [bs.assess.local_mechanism(of["push"], 1.35, SITE)]):
-            assert re.sub(r"<(span|small)>.*?</\1>", "", summary(of, checks)).count(said) == 1
+    assert f"<p>Pushover “push”: {sharp['push'].curve_ended}.</p>" in summary(sharp)
+    doubt, *_ = bs.results.doubtful_parts(low["push"].capacity, low["push"].settings.procedure)
+    assert str(doubt) in summary(low)
 
 
 def test_the_first_page_has_the_bound_between_directions():
-    blocks, joint = single_block(0.4, 4.0, t=0.4)
-    around = bs.directions(model_of(blocks, joint), SELF_WEIGHT, 4, flow="associative")
+    around = bs.directions(model_of(*single_block(0.4, 4.0, t=0.4)), SELF_WEIGHT, 4, flow="associative")
     assert around.least_between < 0.99 * around.load_factor
     said = f"With associative flow no direction is below load factor {around.least_between:.4g} between those"
     found = around.analysis
     assert f"It is checked against no demand. {said}" in summary(found)
     assert said in summary(found, [bs.assess.local_mechanism(r, 1.35, SITE) for r in found.values()])
     assert "no direction is below" not in summary(ended(found, **{next(iter(found)): "not_converged"}))
-    named = {f"to {k}": dataclasses.replace(r, case=r.case.renamed(f"to {k}")) for k, r in enumerate(found.values())}
-    assert said in summary(bs.Analysis(found.model, named, found.created_at, found.versions))
 
 
 def test_the_first_page_marks_uncovered_directions(stands):
@@ -258,11 +243,6 @@ def check(slender):
     return bs.assess.local_mechanism(slender["push"], 1.35, SITE)
 
 
-@pytest.fixture(scope="module")
-def spread(small_model):
-    return bs.AnalysisManager(small_model).run([case()], spread=["steep", "shifted"])
-
-
 def pages(path):
     return [page.extract_text() for page in pypdf.PdfReader(io.BytesIO(path.read_bytes())).pages]
 
@@ -287,24 +267,17 @@ def test_the_first_page_has_the_number_relied_on(slender, check):
 
 def test_the_verification_gives_every_formula(slender):
     check = bs.assess.local_mechanism(slender["push"], 1.35, SITE, method="displacement")
-    html = report_html(slender, checks=[check])
-    first, part = html[: (begin := html.index('<section class="case">'))], html[begin:].replace("\u00a0", " ")
-    tables = "".join(re.findall(r'<table class="calculation">.*?</table>', part, re.DOTALL))
+    page = report_html(slender, checks=[check]).replace("\u00a0", " ")
+    tables = "".join(re.findall(r'<table class="calculation">.*?</table>', page, re.DOTALL))
     rows = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", tables)
     assert len(rows) == sum(len(section.lines) for section in check.sections)
     assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows
-    assert "SLV, by displacement: capacity / demand" in part
-    # The picture stands with the limit state relied on, and in the appendix for any other.
-    linear = report_html(slender, checks=[bs.assess.local_mechanism(slender["push"], 1.35, SITE)])
-    caption, appendix = "Capacity curve and demand at SLV", '<section class="appendix">'
-    assert html.index(caption) < html.index(appendix)
-    assert linear.index(appendix) < linear.index(caption)
-    assert (first.count(HIGHER), part.count(HIGHER)) == (1, 1)
-    plain = report_html(slender)
-    assert (HIGHER in plain, report.NO_DEMAND in plain) == (False, True)
+    assert HIGHER in page
+    assert report.NO_DEMAND in report_html(slender)
 
 
-def test_a_check_of_another_number_is_refused(spread, slender):
+def test_a_check_of_another_number_is_refused(small_model, slender):
+    spread = bs.AnalysisManager(small_model).run([case()], spread="steep")
     s = spread.spread("push")
     bound = bs.assess.local_mechanism(s.upper_bound, 1.35, SITE)
     with pytest.raises(bs.errors.ModelError, match=r"check analysis\.spread\('push'\)"):
@@ -328,9 +301,7 @@ def test_the_report_is_a_pdf_of_numbered_pages(slender, check, tmp_path):
 
 def test_a_long_word_does_not_push_numbers_off_the_page(tmp_path):
     name, places = "Overturning_of_the_western_façade_" * 4, []
-    blocks, joint = single_block(0.4, 4.0)
-    model = model_of(blocks, joint, "model " * 40)
-    analysis = bs.AnalysisManager(model).run([case(name)])
+    analysis = bs.run(model_of(*single_block(0.4, 4.0), "model " * 40), case(name))
     target = write_report(analysis, tmp_path / "long.pdf", project={"protocol": "x" * 200})
     page = pypdf.PdfReader(target).pages[0]
     page.extract_text(visitor_text=lambda text, cm, tm, *_: places.append((text.strip(), tm[4] * cm[0] + cm[4])))
@@ -364,10 +335,9 @@ def test_the_drawn_demand_matches_the_check(check):
 
 @pytest.mark.slow
 def test_many_cases_leave_the_summary_on_one_page(tmp_path):
-    blocks, joint = single_block(0.4, 4.0)
     angles = np.radians(np.arange(0, 360, 30))
     cases = [case(f"towards {a:.2f}", (np.cos(a), np.sin(a), 0), "associative") for a in angles]
-    analysis = bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+    analysis = bs.run(model_of(*single_block(0.4, 4.0)), cases)
     html = report_html(analysis)
     assert "And 4 more cases, below." in head_of(html)
     assert html.count("<td>converged</td>") == 8 + 12

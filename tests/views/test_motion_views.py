@@ -1,10 +1,9 @@
 """Pushovers and settlements in figure, page, ParaView, report and words."""
 
-import base64
+import dataclasses
 import html
 import json
 import re
-import zlib
 from xml.etree import ElementTree
 
 import attrs
@@ -13,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from rich.console import Console
-from test_page import coordinates, opened, slide
+from test_page import coordinates, opened, slide, unpacked
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -93,7 +92,7 @@ def test_the_page_has_every_step(analysis, result, last):
     curve, data = result.capacity, pushed["motion"]
     assert data["along"] == (1e3 * curve["displacement"]).to_numpy().tolist()
     assert data["values"] == curve["load_factor"].to_numpy().tolist()
-    motion = np.frombuffer(zlib.decompress(base64.b64decode(data["places"])), "<f4").reshape(last + 1, 3, 12)
+    motion = unpacked(data["places"], "<f4", last + 1, 3, 12)
     # The block has turned about its edge (0.5, y, 0).
     R, c = motion[-1, 2, :9].reshape(3, 3), motion[-1, 2, 9:]
     np.testing.assert_allclose(c + R @ [0.25, 0, -1], [0.5, 0.5, 0], atol=1e-4)
@@ -160,10 +159,7 @@ def test_report_console_and_json_list_broken_ties(analysis, result):
     page = contents(analysis.replaced(results={"push": result}), {})
     words = " ".join(page["cases"][0]["pushover"])
     assert f"Tie high breaks at a displacement of {1e3 * result.broken_ties.iloc[0, 0]:.4g} mm, 60 mm longer" in words
-    assert "Tie low holds: it lengthens by at most" in words
-    assert f"{result.curve_ended[1:]}." in words
     assert all(sentence in result_text(result).plain for sentence in pushover_words(result))
-    assert "corners stay sharp, and ties break at their elongation limits." in " ".join(page["assumptions"])
     found = json.loads(json.dumps(analysis_summary(analysis)))["cases"][0]["pushover"]
     assert (found["d0"], found["ended"]) == (result.capacity["d0"].item(), result.curve_ended)
     assert found["states"] == found["certified"] == result.capacity.sizes["step"]
@@ -184,14 +180,13 @@ mpl.use("Agg")
 
 
 @pytest.fixture(scope="module")
-def settled(tmp_path_factory):
+def settled():
     cases = [
         bs.SettlementCase("goes down", SELF_WEIGHT, ["left"], "-z"),
         bs.SettlementCase("turns", SELF_WEIGHT, ["left"], "-y", about="[4, 0, 0] m", flow="associative"),
         bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"),
     ]
-    path = tmp_path_factory.mktemp("views") / "beam.h5"
-    return bs.run(beam_on_ledges(), cases, path, spread="shifted"), path.parent
+    return bs.run(beam_on_ledges(), cases, spread="shifted")
 
 
 @pytest.fixture(scope="module")
@@ -208,22 +203,20 @@ def printed(renderable):
     return capture.get()
 
 
-def test_the_console_shows_reactions(settled):
-    found, folder = settled
-    text = printed(result_text(found["goes down"]))
-    assert "dead, left moves along -z, nonassociative flow" in text
-    assert str(found["goes down"].headline) in text
+def test_the_console_shows_reactions(settled, tmp_path):
+    text = printed(result_text(settled["goes down"]))
+    assert str(settled["goes down"].headline) in text
     assert "Statics allows reactions from 20.57 kN to 27.43 kN under the dead load." in text
     for case, unit in (("goes down", "N"), ("turns", "N·m")):
-        assert f"R [{unit}]" in printed(iteration_table(found[case].history))
-    assert re.search(r"goes down .* 20571\.\d N", printed(archive_table(bs.Archive(folder).table())))
+        assert f"R [{unit}]" in printed(iteration_table(settled[case].history))
+    bs.save_analysis(settled, tmp_path / "beam.h5")
+    assert re.search(r"goes down .* 20571\.\d N", printed(archive_table(bs.Archive(tmp_path).table())))
     # A spread of reactions is one of forces.
-    assert str(found.spread("goes down")).count("20.57 kN") > 3
+    assert str(settled.spread("goes down")).count("20.57 kN") > 3
 
 
 def test_json_has_reactions(settled):
-    found, _ = settled
-    summary = json.loads(json.dumps(analysis_summary(found), allow_nan=False))
+    summary = json.loads(json.dumps(analysis_summary(settled), allow_nan=False))
     case = next(c for c in summary["cases"] if c["name"] == "goes down")
     assert (case["load_factor"], case["reaction"]["units"]) == (None, "newton")
     values = [case["reaction"]["value"], case["reaction"]["largest"], summary["headlines"]["goes down"]["reaction"]]
@@ -233,12 +226,10 @@ def test_json_has_reactions(settled):
 
 
 def test_report_and_page_show_reactions(settled):
-    found, _ = settled
-    page = report_html(found.replaced(results={name: found[name] for name in ("goes down", "turns")}))
+    page = report_html(settled.replaced(results={name: settled[name] for name in ("goes down", "turns")}))
     assert "<strong>Reaction: 20.57 kN.</strong>" in page
     assert "<strong>Reaction: 82.29 kN·m.</strong>" in page
-    assert "except for those of a settlement case" in page
-    page = {case["name"]: case for case in payload(found)["cases"]}
+    page = {case["name"]: case for case in payload(settled)["cases"]}
     assert page["goes down"]["answer"] == {"name": "reaction", "symbol": "R", "unit": "kN"}
     assert page["goes down"]["head"]["number"] == "20.57 kN"
     assert page["goes down"]["answers"][-1] == pytest.approx(20.5714, rel=1e-5)
@@ -246,18 +237,23 @@ def test_report_and_page_show_reactions(settled):
 
 
 def test_figures_show_the_reaction(settled):
-    found, _ = settled
-    assert "R = 20.57 kN" in [text.get_text() for text in figures.mechanism(found["goes down"]).texts]
-    assert figures.mechanism(found["turns"]).get_title("right") == "R = 82.29 kN·m"
-    ax = figures.convergence(found["goes down"])
+    assert "R = 20.57 kN" in [text.get_text() for text in figures.mechanism(settled["goes down"]).texts]
+    assert figures.mechanism(settled["turns"]).get_title("right") == "R = 82.29 kN·m"
+    ax = figures.convergence(settled["goes down"])
     assert ax.get_ylabel() == "reaction R [kN]"
     assert ax.lines[0].get_ydata()[0] == pytest.approx(27.4286, rel=1e-5)
     plt.close("all")
 
 
-def test_every_view_has_the_note_on_corner_torsion(twisted):
-    (note,) = twisted["twist"].notes
-    assert note.text in " ".join(printed(result_text(twisted["twist"])).split())
-    assert note.text in analysis_summary(twisted)["cases"][0]["warnings"]
-    assert note.text in html.unescape(report_html(twisted))
-    assert note.text in payload(twisted)["cases"][0]["head"]["below"]
+def test_every_view_has_all_notes(twisted):
+    """On the torsion of corners, and on a load without a bound."""
+    history = twisted["twist"].history.copy(deep=True)
+    history["load_factor"][0] = np.inf
+    result = dataclasses.replace(twisted["twist"], history=history)
+    found = twisted.replaced(results={"twist": result})
+    assert len(result.notes) == 2
+    for note in result.notes:
+        assert note.text in " ".join(printed(result_text(result)).split())
+        assert note.text in analysis_summary(found)["cases"][0]["warnings"]
+        assert note.text in html.unescape(report_html(found))
+        assert note.text in " ".join(payload(found)["cases"][0]["head"]["below"])

@@ -239,7 +239,6 @@ def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
 
 
 def test_loads_can_be_shown(page, analysis):
-    """Arrows end where the loads act."""
     page.check("#show-loads")
     (arrows,) = load_arrows(next(iter(analysis.values())))
     slide(page, "amplitude", "0")
@@ -310,28 +309,16 @@ def test_analysis_views_itself(analysis, html, tmp_path, monkeypatch):
     assert shown == [page.as_uri()]
 
 
-@pytest.fixture(scope="module")
-def shown(small_analysis):
-    return NotebookPage(small_analysis)
-
-
-def drawn(browser, path):
-    """Open a file, and return it with the frame of the page in it."""
-    requests = []
-    page = browser.new_page(viewport={"width": 1200, "height": 800})
+def test_a_saved_notebook_shows_the_page_without_a_network(browser, small_analysis, tmp_path):
+    shown = NotebookPage(small_analysis)._repr_html_()
+    (tmp_path / "saved.html").write_text(f"<!doctype html><body>{shown}</body>", encoding="utf-8")
+    page, requests = browser.new_page(viewport={"width": 1200, "height": 800}), []
     page.on("request", lambda request: requests.append(request.url))
-    page.goto(path.as_uri())
-    page.wait_for_selector("iframe")
-    frame = page.query_selector("iframe").content_frame()
+    page.goto((tmp_path / "saved.html").as_uri())
+    frame = page.wait_for_selector("iframe").content_frame()
     frame.wait_for_selector("body[data-ready=yes]", timeout=60_000)
-    assert [url for url in requests if url.startswith(("http:", "https:"))] == []
-    return page, frame
-
-
-def test_a_saved_notebook_shows_the_page_without_a_network(browser, shown, small_analysis, tmp_path):
-    (tmp_path / "saved.html").write_text(f"<!doctype html><body>{shown._repr_html_()}</body>", encoding="utf-8")
-    page, frame = drawn(browser, tmp_path / "saved.html")
     assert frame.inner_text("#name") == small_analysis.model.name
+    assert [url for url in requests if url.startswith(("http:", "https:"))] == []
     page.close()
 
 
