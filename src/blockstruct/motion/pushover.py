@@ -292,7 +292,7 @@ class PushoverPath:
         step, missed = self._planned(placement, twist, way, memory), np.inf
         # Joints deform elastically before the curve begins. Then blocks press on each other only if they are jammed,
         # in a step of any length.
-        jams = bool(self._course.curve)
+        self._jammed, jams = False, bool(self._course.curve)
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
             found = self._completed(step.moved, solved, inertia_time)
