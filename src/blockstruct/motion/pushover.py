@@ -16,7 +16,7 @@ from blockstruct.limit import Iteration
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.model.cases import STEPS
-from blockstruct.motion.course import CERTIFIED, SAME, Course, carried, forces_at, loaded
+from blockstruct.motion.course import SAME, Course, carried, forces_at, loaded
 from blockstruct.motion.moving_problem import COMPLIANCE, MovedProblem, MovingProblem
 from blockstruct.motion.state import ZERO, CurveOutcome, MotionState, zero_displacement
 from blockstruct.solvers.step import RECENT, StepProblem, StepSolution, solve_step
@@ -41,6 +41,9 @@ WIDEST = 0.25
 SHORTEST = 1 / 4096
 #: Share of a step that is tried if the whole step closes a gap. Share of the way to zero that a step leaves.
 SHORTER = 0.25
+#: Interpenetration, relative to the fastest point, from which blocks are jammed if they have it in steps of any length.
+#: Steps by splitting have up to half of it.
+JAMS = 0.05
 #: Largest number of states in which blocks fall, and of others, relative to the requested number of steps, or to the
 #: usual number if fewer are requested.
 PATIENCE = 5
@@ -296,7 +299,7 @@ class PushoverPath:
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
             found = self._completed(step.moved, solved, inertia_time)
-            jams &= found.interpenetration > CERTIFIED
+            jams &= found.interpenetration > JAMS
             broken = self._until_broken(found)
             share = min(self._shortened(step, solved, time), broken, self._until_zero(step.moved, found))
             if SLIGHT < found.energy_error < MOSTLY * missed:
