@@ -160,9 +160,9 @@ class Dynamics:
     The velocities V at the end of a step move the blocks in it: impacts are without bounce, and the energy of a
     motion without friction and impacts is kept in the mean (a step of Verlet's method). Normal forces
     follow from the gap at the end of the step, tangential forces from the slip in it and the force before, with
-    Coulomb's law without dilatancy. The force of a tie follows from its elongation in the same way, up to its capacity,
-    and the force of a cell up to its strength. The system is solved by the Newton method of P. Alart, A. Curnier
-    (Comput. Methods Appl. Mech. Eng. 92 (1991) 353–375).
+    Coulomb's law without dilatancy. Where the slip turns, friction opposes its mean in the step. The force of a tie
+    follows from its elongation in the same way, up to its capacity, and the force of a cell up to its strength. The
+    system is solved by the Newton method of P. Alart, A. Curnier (Comput. Methods Appl. Mech. Eng. 92 (1991) 353–375).
 
     Parameters
     ----------

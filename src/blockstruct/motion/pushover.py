@@ -213,8 +213,10 @@ class PushoverPath:
         curve, placement = self._course.curve, Placement.at(last.position, last.rotation)
         fastest = np.linalg.norm(last.velocity, axis=1).max()
         stands = control.velocity(placement, last.twist) * np.sign(last.displacement) <= ZERO * fastest
-        end_at = zero_displacement(curve) if end is CurveEnd.ZERO else last.displacement
-        if end is CurveEnd.JAMS:
+        end_at = last.displacement
+        if end is CurveEnd.ZERO:
+            end_at = zero_displacement(curve)
+        elif end is CurveEnd.JAMS:
             end_at = control.displacement(self._following(last))
         found = outcome_of(self._problem, end, last.twist)
         return replace(found, displacement=end_at, states=len(curve), stands=bool(stands))
@@ -277,6 +279,7 @@ class PushoverPath:
                 return fallen
             height *= GROWTH**2
         pushed, leaps = self._pushed(placement, twist, way, memory)
+        self._jammed = pushed is None and leaps
         while (pushed is None or leaps) and height < self._highest:
             last_resort = not (leaps or memory.falls)
             if (fallen := self._fallen_from(placement, twist, memory, height, last_resort=last_resort)) is not None:
@@ -295,7 +298,7 @@ class PushoverPath:
         step, missed = self._planned(placement, twist, way, memory), np.inf
         # Joints deform elastically before the curve begins. Then blocks press on each other only if they are jammed,
         # in a step of any length.
-        self._jammed, jams = False, bool(self._course.curve)
+        jams = bool(self._course.curve)
         while (solution := self._within_reach(step)) is not None:
             solved, time, inertia_time, motion = solution
             found = self._completed(step.moved, solved, inertia_time)
@@ -307,7 +310,6 @@ class PushoverPath:
                 share, missed = min(share, SHORTER), found.energy_error
             if time <= step.least or (share == 1 and not jams):
                 leaps = time <= step.least and self._way(found) > SHORTER * step.way
-                self._jammed = jams
                 return None if jams else found, jams or leaps
             if broken < 1:
                 # A tie breaks within the step, which may be as short as needed. Inertia follows the shorter motion.

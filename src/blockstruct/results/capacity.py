@@ -125,9 +125,9 @@ def doubtful_parts(capacity: xr.Dataset, procedure: str, collapse: float = np.na
     worst = int(missed.argmax())
     if missed[worst] > EFFECT:
         doubts.append((CurveDoubt.MISSES_WORK, max(worst - 1, 0), worst))
-    missing = np.flatnonzero((curve["holds"].to_numpy() == 0) & (curve["falls"].to_numpy() == 0))
-    if len(missing):
-        doubts.append((CurveDoubt.NOT_CERTIFIED, int(missing[0]), int(missing[-1])))
+    uncertified = np.flatnonzero((curve["holds"].to_numpy() == 0) & (curve["falls"].to_numpy() == 0))
+    if len(uncertified):
+        doubts.append((CurveDoubt.NOT_CERTIFIED, int(uncertified[0]), int(uncertified[-1])))
     parts = [
         DoubtfulPart(
             doubt,
